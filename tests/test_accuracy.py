@@ -13,11 +13,11 @@ from scipy.special import ellipj, ellipk
 import fastaff as fa
 from fastaff.runs import accuracy as accuracy_module
 from fastaff.runs.accuracy import SLIGHTLY, Steps, shortening
-from fastaff.runs.flow import Wear
+from fastaff.runs.flow import Damping
 from fastaff.runs.options import Options, plan
 from fastaff.runs.scales import motion
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
-from fastaff.runs.trials import on_ladder
+from fastaff.runs.trials import round_down_to_grid
 from fastaff.sections import poincare_map as poincare_module
 from fastaff.systems.models.mechanics import system_of
 from fastaff.systems.models.sections import Stroboscopic
@@ -139,7 +139,7 @@ def test_slowed_orbits_lose_what_they_should():
     def slowed(orbits):
         flow = plan(system, z0[:, orbits], Options(step=0.25)).flow.sized(np.full(len(orbits), 0.25))
         each = np.ones(len(orbits))
-        wear = Wear(share[orbits], 100.0 * each, 2.0 * each)
+        wear = Damping(share[orbits], 100.0 * each, 2.0 * each)
         return flow.worn(flow.ensemble(z0[:, orbits].copy()), 5, wear, time=500.0, report=None)[0]
 
     states, t = slowed(np.arange(21)), 100.0 * np.arange(1, 6)[:, None]
@@ -487,7 +487,7 @@ def test_a_run_beside_another_ends_where_they_have_parted_and_changes_nothing(mo
 def test_numbers_of_steps_lie_on_a_ladder(step, time, parts, steps):
     """They are four to eight times a power of two, or below eight, and the first ones that are enough."""
     for asked, least in ((step, time / (parts * step)), (time / (parts * steps), steps)):
-        found = time / (parts * on_ladder(np.array([asked]), time, parts)[0])
+        found = time / (parts * round_down_to_grid(np.array([asked]), time, parts)[0])
         number = round(found)
         assert abs(found - number) <= 1e-9 * number
         assert number >= least * (1 - 1e-9)

@@ -25,14 +25,14 @@ from fastaff import (
 )
 from fastaff.runs.scales import typical_rate
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, Automatic, Logistic, RungeKutta, Splitting
-from fastaff.runs.schemes.automatic import PREFERENCE, Trial
+from fastaff.runs.schemes.automatic import PREFERENCE, CandidateTrial
 from fastaff.systems.models.mechanics import system_of
 
 SMOOTH = np.array([[0.0, 0.0, 0.1], [0.1, 0.2, -0.1], [0.35, 0.3, 0.2], [0.0, 0.1, 0.2]])
 
 
 def trial(scheme, error, cost):
-    return Trial(scheme, 0.1, error, cost)
+    return CandidateTrial(scheme, 0.1, error, cost)
 
 
 @pytest.mark.parametrize(

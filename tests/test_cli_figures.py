@@ -13,9 +13,9 @@ from fastaff import files
 from fastaff.cli import main as cli
 from fastaff.cli.commands import captions, figures
 from fastaff.cli.commands.plot import _of_file, _of_store
-from fastaff.cli.options import Look
+from fastaff.cli.options import FigureOptions
 from fastaff.jobs import Job
-from fastaff.jobs.wording import Wrong
+from fastaff.jobs.wording import OptionError
 from fastaff.systems.models.mechanics import system_of
 
 pytest.importorskip("cyclopts")
@@ -43,7 +43,7 @@ def test_a_section_by_an_indicator_that_the_command_does_not_compute(here):
     assert facts["colour"] == "sali"
     assert arrays["colour_values"].shape == arrays["z0"].shape[1:]
     assert "[chaos_map]" in facts["job"]
-    drawn, _ = _of_file(here / "s.npz", Look(vmin=-12.0))
+    drawn, _ = _of_file(here / "s.npz", FigureOptions(vmin=-12.0))
     points = next(c for c in drawn["poincare"].axes[0].collections if c.get_array() is not None)
     assert set(points.get_array()) <= set(arrays["colour_values"])
     assert (points.norm.vmin, points.norm.vcenter) == (-12.0, pytest.approx(facts["colour_limit"]))
@@ -55,7 +55,7 @@ def test_a_section_by_an_indicator_that_the_command_does_not_compute(here):
 def test_columns_of_the_result_and_what_is_none(here, capsys):
     assert cli.main([*MAP, "--colour", "energy_error", "--out", "e"]) == 0
     found = files.load("e.npz")
-    drawn, _ = _of_file(here / "e.npz", Look(colour="energy_error"))
+    drawn, _ = _of_file(here / "e.npz", FigureOptions(colour="energy_error"))
     (points,) = (c for c in drawn["chaos_map"].axes[0].collections if c.get_array() is not None)
     assert sorted(points.get_array()) == sorted(found.energy_error)
     capsys.readouterr()
@@ -79,8 +79,8 @@ def test_a_job_computes_what_a_colour_needs():
     both = Job(surface=Surface(energy=1.0), chaos_map=Chaos(indicators="megno"))
     assert figures.with_colour(both, "gali-2").chaos_map.indicators == "megno,gali_2"
     assert figures.with_colour(both, "megno") == both
-    with pytest.raises(Wrong, match="--colour must be one of"):
-        figures.colours(Look(colour="x"), {})
+    with pytest.raises(OptionError, match="--colour must be one of"):
+        figures.colours(FigureOptions(colour="x"), {})
 
 
 def test_scans_of_a_store_have_a_caption(tmp_path, monkeypatch):
@@ -88,7 +88,7 @@ def test_scans_of_a_store_have_a_caption(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scan = [*MAP, "--scan", "energy=1:1.5:2"]
     assert cli.main([*scan, "--write-job", "s.toml"]) == cli.main(["run", "s.toml", "--quiet"]) == 0
-    drawn, _ = _of_store(tmp_path / "s.zarr", Look())
+    drawn, _ = _of_store(tmp_path / "s.zarr", FigureOptions())
     assert "10 random orbits a case" in drawn["scan"].get_supxlabel()
     assert "neo-Hookean body" in drawn["scan"].get_suptitle()
     assert cli.main(["plot", "s.zarr", "--out", "s.pdf"]) == 0
@@ -101,7 +101,7 @@ def test_figures_of_a_stopped_job_say_what_is_not_computed(tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     grid = ["chaos-map", *SURFACE, "--grid", "4x4", "--time", "20"]
     assert cli.main([*grid, "--write-job", "j.toml"]) == cli.main(["run", "j.toml", "--quiet"]) == 0
-    whole = _of_store(tmp_path / "j.zarr", Look())[0]["chaos_map"].get_supxlabel()
+    whole = _of_store(tmp_path / "j.zarr", FigureOptions())[0]["chaos_map"].get_supxlabel()
     assert "not computed" not in whole
     count = np.sum(zarr.open(tmp_path / "j.zarr", mode="r")["launch/finished"][:] == 1)
 
@@ -112,7 +112,7 @@ def test_figures_of_a_stopped_job_say_what_is_not_computed(tmp_path, monkeypatch
         fa.run(replace(Job.read(tmp_path / "j.toml"), unit=8), tmp_path / "half.zarr", watch=stop)
     done = np.sum(zarr.open(tmp_path / "half.zarr", mode="r")["launch/finished"][:] == 1)
     assert 0 < done < count
-    part = " ".join(_of_store(tmp_path / "half.zarr", Look())[0]["chaos_map"].get_supxlabel().split())
+    part = " ".join(_of_store(tmp_path / "half.zarr", FigureOptions())[0]["chaos_map"].get_supxlabel().split())
     assert f"{done} orbits, " in part
     assert " not computed yet; " in part
     assert "white: beyond the energy or not computed yet" in part
@@ -121,10 +121,10 @@ def test_figures_of_a_stopped_job_say_what_is_not_computed(tmp_path, monkeypatch
 def test_captions_say_what_is_open_of_a_chaotic_fraction(here):
     """Of a map, and of a scan over two parameters, which shows neither intervals nor undecided orbits."""
     assert cli.main([*MAP, "--out", "m", "--no-figure"]) == 0
-    drawn, _ = _of_file(here / "m.npz", Look())
+    drawn, _ = _of_file(here / "m.npz", FigureOptions())
     plane = ["--scan", "energy=1:1.5:2", "--scan", "K=1:2:2"]
     assert cli.main([*MAP, *plane, "--out", "s", "--no-figure"]) == 0
-    scan, _ = _of_file(here / "s.npz", Look())
+    scan, _ = _of_file(here / "s.npz", FigureOptions())
     for name, figure in (("m", drawn["chaos_map"]), ("s", scan["scan"])):
         assert files.load(f"{name}.npz").shares.said() in " ".join(figure.get_supxlabel().split("\n"))
 

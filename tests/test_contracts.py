@@ -15,7 +15,7 @@ from fastaff.engine import kinds
 from fastaff.engine.terms import Substep, Term
 from fastaff.runs.requirements import check_derivatives, lacking
 from fastaff.systems.formulas.library import Request, generated_class
-from fastaff.systems.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
+from fastaff.systems.models.contracts import Angles, Kind, Nonseparable, OneVariable, Potential, Section, SeparableModel
 from fastaff.systems.models.mechanics import system_of
 
 POTENTIALS = [fa.Harmonic(), fa.Anharmonic(), fa.Hyperelastic(), fa.HeavyTop(), fa.NeoHookean()]
@@ -28,7 +28,12 @@ SYSTEMS = [
 ]
 SECTIONS = [fa.AlphaTurning(), fa.BetaTurning(), fa.AlphaEquals(1.0), fa.BetaEquals(1.0), fa.AreaEquals()]
 SECTIONS += [fa.Linear((1.0, 0.0, 0.0, 0.0))]
-NEEDS = [(Model, BODIES + SYSTEMS), (Potential, POTENTIALS), (Section, SECTIONS), (OneVariable, [fa.models.Zero()])]
+NEEDS = [
+    (SeparableModel, BODIES + SYSTEMS),
+    (Potential, POTENTIALS),
+    (Section, SECTIONS),
+    (OneVariable, [fa.models.Zero()]),
+]
 NEEDS += [(Nonseparable, [fa.hamiltonian("p**2*(1 + x**2)/2", coordinates="x", momenta="p")])]
 NEEDS += [(Angles, [body.angles for body in BODIES] + [fa.HenonHeiles().angles])]
 Z = np.array([[0.1, 0.05], [0.02, -0.1], [0.1, 0.2], [0.0, 0.1]])

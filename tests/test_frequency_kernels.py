@@ -11,7 +11,7 @@ from fastaff.frequencies.fundamental import Loops, tables_of
 from fastaff.frequencies.inverted_lines import inverted
 from fastaff.frequencies.kernels import dual_loops, harmonic_inversion, loop_lines, spectrum_lines
 from fastaff.frequencies.kernels import fundamental as kernels
-from fastaff.frequencies.rooms import Room
+from fastaff.frequencies.rooms import ReusableBuffer
 from fastaff.frequencies.signals import Signals, signals_of
 from fastaff.frequencies.windows import APART_ORDER, BRIEF, apart_window, cosine_window, tables_for
 from fastaff.runs.options import Options, plan
@@ -34,13 +34,13 @@ def test_runs_write_the_signals_of_their_states(body):
     flow, z0, *_ = plan(body, z0, Options(None, 0.11, None, 1e-12, 1e-12, None, 2, None), time=9.0)
     counts = rng.choice([7, 24, 41, 64], 41)
     work = FrequencyWork(flow, checked_angles(None, body), z0, 9.0, None, None, None)
-    found, run = work._sampled(work.flow, np.arange(41), 9.0, counts, Room())
+    found, run = work._sampled(work.flow, np.arange(41), 9.0, counts, ReusableBuffer())
     assert (run.status == 0).all()
     for orbit in range(41):
         (s,), n = found.array(np.array([orbit])), int(counts[orbit])
         ensemble = flow.of(np.array([orbit])).ensemble(z0[:, [orbit]].copy())
         (states,) = flow.of(np.array([orbit])).sampled(ensemble, n, time=9.0)
-        table = work.layout.signals(states[None], 1, Room())[0]
+        table = work.layout.signals(states[None], 1, ReusableBuffer())[0]
         np.testing.assert_array_equal(s, table)
     q = np.arange(2 * body.degrees_of_freedom).reshape(2, -1).T.ravel()
     if not isinstance(body, Body):

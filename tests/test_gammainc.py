@@ -12,7 +12,7 @@ from fastaff.engine.fused import FUSED
 from fastaff.engine.incomplete_gamma import gammainc
 from fastaff.engine.jit import JIT_DISABLED
 from fastaff.exchange.sources import source
-from fastaff.explorer.javascript import Part, Refused, printed
+from fastaff.explorer.javascript import Refused, ScriptPart, printed
 from fastaff.systems.formulas.gammainc import MOST_A
 
 RNG = np.random.default_rng(31)
@@ -128,4 +128,4 @@ def test_what_does_not_know_it_says_so():
     alone = fa.hamiltonian("gammainc(0.6, x**2 + 1)", coordinates="x")  # whose forces are powers
     assert "gamma" not in source(alone, "c").replace(alone.formula, "")
     with pytest.raises(Refused, match="the call of gammainc cannot be printed as JavaScript"):
-        printed(Part(model, ()), "potential_energy", ["q0"], [])
+        printed(ScriptPart(model, ()), "potential_energy", ["q0"], [])

@@ -17,7 +17,7 @@ from llvmlite.binding import ffi
 from numba.core import event as events
 from numba.core.compiler_lock import global_compiler_lock
 
-from fastaff.core.interruption import imported, recognized, unbroken
+from fastaff.core.interruption import defer_signals, imported, reraise_interrupt
 from fastaff.engine import jit
 from fastaff.jobs.guard import Hierarchy, Numbers
 
@@ -49,7 +49,7 @@ def handlers():
 def test_a_signal_waits_for_the_end_of_the_block(raising):
     before, seen = handlers(), []
 
-    @unbroken()
+    @defer_signals()
     def block():
         signal.raise_signal(signal.SIGTERM)
         seen.append("done")
@@ -63,7 +63,7 @@ def test_a_signal_waits_for_the_end_of_the_block(raising):
 def test_what_the_block_raises_is_passed_on(raising):
     before = handlers()
 
-    @unbroken()
+    @defer_signals()
     def block(number):
         signal.raise_signal(number)
         raise KeyError
@@ -80,7 +80,7 @@ def test_each_signal_has_its_handler_whatever_others_raise(raising):
     before, seen = handlers(), []
     signal.signal(signal.SIGTERM, lambda number, frame: seen.append((number, frame is None)))
 
-    @unbroken()
+    @defer_signals()
     def block():
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM):
             signal.raise_signal(number)
@@ -96,7 +96,7 @@ def test_a_block_takes_signals_when_it_suits(raising):
     before, seen = handlers(), []
 
     def block():
-        with unbroken() as take:
+        with defer_signals() as take:
             take()
             signal.raise_signal(signal.SIGTERM)
             thread = threading.Thread(target=take)
@@ -115,12 +115,12 @@ def test_a_block_takes_signals_when_it_suits(raising):
 def test_blocks_within_blocks_and_ignored_signals(raising):
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     before, seen = handlers(), []
-    with unbroken():
+    with defer_signals():
         signal.raise_signal(signal.SIGINT)
 
-    @unbroken()
+    @defer_signals()
     def block():
-        with unbroken():
+        with defer_signals():
             signal.raise_signal(signal.SIGALRM)
         seen.append("outer")
 
@@ -134,7 +134,7 @@ def test_other_threads_change_no_handlers(raising):
     found, before = [], handlers()
 
     def work():
-        with unbroken():
+        with defer_signals():
             found.append(handlers())
 
     thread = threading.Thread(target=work)
@@ -152,7 +152,7 @@ def test_handlers_are_back_whatever_comes_while_they_are_put_back(raising, monke
             signal.raise_signal(number)
 
     monkeypatch.setattr("fastaff.core.interruption.signal.signal", put_back)
-    with pytest.raises(Late), unbroken():
+    with pytest.raises(Late), defer_signals():
         pass
     assert handlers() == before
 
@@ -169,10 +169,10 @@ def test_ctrl_c_of_which_others_make_another_exception():
     with pytest.raises(RuntimeError):
         locked()
     with pytest.raises(KeyboardInterrupt) as stopped:
-        recognized()(locked)()
+        reraise_interrupt()(locked)()
     assert stopped.value.__suppress_context__
     with pytest.raises(RuntimeError, match="other"):
-        recognized()(other)()
+        reraise_interrupt()(other)()
 
 
 def test_ctrl_c_that_was_dealt_with_is_none():
@@ -181,9 +181,9 @@ def test_ctrl_c_that_was_dealt_with_is_none():
         raise KeyboardInterrupt
     except KeyboardInterrupt:
         with pytest.raises(RuntimeError, match="other"):
-            recognized()(other)()
+            reraise_interrupt()(other)()
         with pytest.raises(KeyboardInterrupt):
-            recognized()(locked)()
+            reraise_interrupt()(locked)()
 
 
 def test_a_module_is_loaded_whole(raising, tmp_path, monkeypatch):
@@ -303,7 +303,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.parametrize("what", ["name", "figure"])
 def test_ctrl_c_while_modules_are_loaded(what):
-    """Without `unbroken` later uses fail for good: partially initialized modules, or some that load but once."""
+    """Without `defer_signals` later uses fail for good: partially initialized modules, or some that load but once."""
 
     def run(number):
         command = [sys.executable, "-c", LOADER, str(number), what]

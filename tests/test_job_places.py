@@ -19,7 +19,7 @@ import fastaff as fa
 from fastaff.jobs import JobResults, units
 from fastaff.jobs.guard import ITEMS
 from fastaff.jobs.store import Store, _whole
-from fastaff.jobs.wording import Wrong
+from fastaff.jobs.wording import OptionError
 from fastaff.results import machine
 
 RNG = random.Random(16)
@@ -115,13 +115,13 @@ def test_flipped_bits_of_what_is_shared(array, store):
             changed = bytearray(whole)
             changed[bit // 8] ^= 1 << bit % 8
             file.write_bytes(changed)
-            with contextlib.suppress(Wrong):
+            with contextlib.suppress(OptionError):
                 assert opened.root[name][...].tolist() == truth
                 kept += 1
         assert kept < 20
         for damaged in (b"", whole[:-1], whole + b"\0", None):
             file.unlink() if damaged is None else file.write_bytes(damaged)
-            with pytest.raises(Wrong, match=f"^{store} is damaged"):
+            with pytest.raises(OptionError, match=f"^{store} is damaged"):
                 opened.root[name][...]
         file.write_bytes(whole)
 

@@ -23,7 +23,7 @@ from fastaff.jobs import JobResults
 from fastaff.jobs.guard import ITEMS, SEALED, SEALS, UNSEALED
 from fastaff.jobs.running import begin
 from fastaff.jobs.store import ATTRIBUTES, Store
-from fastaff.jobs.wording import Wrong
+from fastaff.jobs.wording import OptionError
 
 
 def units_of(store):
@@ -49,7 +49,7 @@ def noticed(store, whole):
         Store(store).verify()
         found = bits(JobResults.stored(store))
         place = JobResults.stored(store).place
-    except Wrong:
+    except OptionError:
         return True
     assert found == bits(whole)
     assert np.array_equal(place, whole.place)
@@ -90,7 +90,7 @@ def test_one_array_at_a_time(name, store, made):
         if kept[one] == kept[other]:
             continue
         files[one].write_bytes(kept[other])
-        with pytest.raises(Wrong, match=rf"of unit {one} is not what was written there|is damaged"):
+        with pytest.raises(OptionError, match=rf"of unit {one} is not what was written there|is damaged"):
             JobResults.stored(store)["integrate"], Store(store).verify()
         files[one].write_bytes(kept[one])
     assert not noticed(store, whole)
@@ -100,10 +100,10 @@ def test_parts_of_a_store_are_compared_too(store):
     """A slice of points reads the units that it needs, and says of these alone."""
     files = units_of(store)["integrate/z"]
     exchange(files[0], files[1])
-    with pytest.raises(Wrong, match=r"integrate/z of unit 1 is not what was written there"):
+    with pytest.raises(OptionError, match=r"integrate/z of unit 1 is not what was written there"):
         JobResults.stored(store)["integrate", 5:6]
     JobResults.stored(store)["integrate", 8:15]
-    with pytest.raises(Wrong, match="is not what was written"):
+    with pytest.raises(OptionError, match="is not what was written"):
         JobResults.stored(store).to_netcdf(store.parent / "x.nc")
 
 
@@ -114,7 +114,7 @@ def test_going_on_compares_what_is_there(store, made):
     files = units_of(store)["poincare/points"]
     exchange(files[0], files[2])
     for act in (fa.resume, lambda path: fa.run(SMALL_GRID, path), lambda path: fa.rerun(path, status="OK", step=0.05)):
-        with pytest.raises(Wrong, match=r"poincare/points of unit \d is not what was written there"):
+        with pytest.raises(OptionError, match=r"poincare/points of unit \d is not what was written there"):
             act(store)
     exchange(files[0], files[2])
     Store(store, writing=True).tell(reruns=[])
@@ -186,7 +186,7 @@ def test_seals_cannot_be_taken_away(how, store):
     if how == "format":  # the seals are still there, and compared
         files = units_of(store)["integrate/z"]
         exchange(files[0], files[1])
-    with pytest.raises(Wrong, match="damaged"):
+    with pytest.raises(OptionError, match="damaged"):
         JobResults.stored(store)["integrate"]
 
 

@@ -19,7 +19,7 @@ from job_cases import SMALL_GRID as JOB
 import fastaff as fa
 from fastaff.jobs import JobResults, Poincare, Run, Starts
 from fastaff.jobs.store import ATTRIBUTES, FORMAT, Store
-from fastaff.jobs.wording import Wrong
+from fastaff.jobs.wording import OptionError
 
 
 def edit(path, change):
@@ -159,7 +159,7 @@ def test_wrong_facts(name, value, store, made):
     tell(store, lambda facts: facts.update({name: value}))
     if name in ("source", "own_starts", "reruns"):  # those that only a run needs
         for act in (everything, fa.resume):
-            with contextlib.suppress(Wrong):
+            with contextlib.suppress(OptionError):
                 act(store)
     else:
         refused(store)
@@ -367,7 +367,7 @@ def test_every_flipped_bit(array, store, made):
         file.write_bytes(changed)
         try:
             found = opened.root[array][...].tobytes()
-        except Wrong as problem:
+        except OptionError as problem:
             found = str(problem).startswith(f"{store} is damaged") or problem
         assert found is True or found == truth
         kept += found is not True

@@ -19,7 +19,7 @@ from fastaff.engine import cache as files
 from fastaff.engine import code_folder as _code_folder
 from fastaff.engine import jit as _jit
 from fastaff.engine import packs
-from fastaff.engine.packs import LEVELS, Level
+from fastaff.engine.packs import LEVELS, InstructionLevel
 from fastaff.results.machine import get_host_cpu_features
 
 PACKAGE = Path(fastaff.__file__).parent
@@ -277,6 +277,6 @@ def test_who_names_a_processor_gets_code_for_it(monkeypatch, name):
 @pytest.mark.parametrize("level", LEVELS.values(), ids=LEVELS)
 def test_levels_name_instruction_sets_as_numba_takes_them(level):
     """With fused multiply-add, which is asked for by name."""
-    assert isinstance(level, Level)
+    assert isinstance(level, InstructionLevel)
     assert level.features.split(",") == [f"+{name}" for name in level.instructions]
     assert "+fma" in level.features.split(",")

@@ -14,7 +14,7 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff.core import placing
-from fastaff.core.placing import free_stem, placed
+from fastaff.core.placing import free_stem, write_atomically
 from fastaff.exchange.jpl import read_periodic
 from fastaff.exchange.three_bodies import read_three_bodies
 
@@ -32,11 +32,11 @@ def test_a_file_that_cannot_be_written_leaves_the_old_one(tmp_path):
     (tmp_path / "a.png").write_text("good")
     for force in (True, False):
         with pytest.raises(OSError, match="No space left"):
-            placed(tmp_path / "a", ".png", half, force=force)
+            write_atomically(tmp_path / "a", ".png", half, force=force)
     assert names(tmp_path) == ["a.png"]
     assert (tmp_path / "a.png").read_text() == "good"
     with pytest.raises(FileNotFoundError, match=r"the folder .*nowhere does not exist"):
-        placed(tmp_path / "nowhere" / "a", ".png", half)
+        write_atomically(tmp_path / "nowhere" / "a", ".png", half)
 
 
 @pytest.mark.parametrize("links", [True, False])
@@ -48,7 +48,9 @@ def test_each_name_is_taken_once(tmp_path, monkeypatch, links):
         monkeypatch.setattr(os, "link", none)
     texts = [str(k) * 10_000 for k in range(40)]
     with ThreadPoolExecutor(8) as pool:
-        paths = list(pool.map(lambda text: placed(tmp_path / "a", ".txt", lambda path: path.write_text(text)), texts))
+        paths = list(
+            pool.map(lambda text: write_atomically(tmp_path / "a", ".txt", lambda path: path.write_text(text)), texts)
+        )
     assert len(set(paths)) == len(texts)
     assert [path.read_text() for path in paths] == texts
     assert len(names(tmp_path)) == len(texts)
@@ -59,13 +61,15 @@ def test_numbers_are_free_of_what_stands_beside_and_of_broken_links(tmp_path):
     (tmp_path / "a-2.npz").symlink_to(tmp_path / "nowhere")
     (tmp_path / "a-3.npz").mkdir()
     assert free_stem(tmp_path / "a", (".npz", ".png")) == tmp_path / "a-4"
-    assert placed(tmp_path / "a", ".npz", lambda path: path.write_text("x"), beside=[".png"]).name == "a-4.npz"
-    assert placed(tmp_path / "a", ".npz", lambda path: path.write_text("x")).name == "a.npz"
+    assert (
+        write_atomically(tmp_path / "a", ".npz", lambda path: path.write_text("x"), beside=[".png"]).name == "a-4.npz"
+    )
+    assert write_atomically(tmp_path / "a", ".npz", lambda path: path.write_text("x")).name == "a.npz"
 
 
 def test_permissions_are_those_of_new_files(tmp_path):
     (tmp_path / "usual").touch()
-    path = placed(tmp_path / "a", ".txt", lambda path: path.write_text("x"))
+    path = write_atomically(tmp_path / "a", ".txt", lambda path: path.write_text("x"))
     assert path.stat().st_mode == (tmp_path / "usual").stat().st_mode
 
 
@@ -78,7 +82,7 @@ def test_a_file_that_cannot_be_moved_to_its_name_leaves_none(tmp_path, monkeypat
     monkeypatch.setattr(os, "link", fail)
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises(OSError, match="Input/output error"):
-        placed(tmp_path / "a", ".txt", lambda path: path.write_text("x"))
+        write_atomically(tmp_path / "a", ".txt", lambda path: path.write_text("x"))
     assert names(tmp_path) == []
 
 
@@ -100,7 +104,7 @@ def test_a_private_file_behind_a_link_is_replaced_by_a_private_one(tmp_path):
     (tmp_path / "there").write_text("x")
     (tmp_path / "there").chmod(0o600)
     (tmp_path / "a.txt").symlink_to(tmp_path / "there")
-    path = placed(tmp_path / "a", ".txt", lambda path: path.write_text("new"), force=True)
+    path = write_atomically(tmp_path / "a", ".txt", lambda path: path.write_text("new"), force=True)
     assert not path.is_symlink()
     assert path.stat().st_mode & 0o777 == 0o600
     assert (tmp_path / "there").read_text() == "x"
@@ -178,7 +182,7 @@ def test_whatever_a_user_has_stays(seed, tmp_path):
     age(elsewhere)
     before = everything(tmp_path)
     assert len(before) > 50
-    made = {placed(folder / "a", ".npz", lambda path: path.write_text("x"))}
+    made = {write_atomically(folder / "a", ".npz", lambda path: path.write_text("x"))}
     with placing.draft(folder, of_files=True):
         pass
     after = everything(tmp_path)
@@ -225,7 +229,7 @@ def test_what_killed_processes_left_goes_and_what_lives_stays(tmp_path, monkeypa
         monkeypatch.setattr(placing.clock, "time", lambda: LONG_AGO + 50 * placing.LEFT)
         with placing.draft(tmp_path, ".png") as held, ThreadPoolExecutor(1) as pool:
             age(held.parent)
-            pool.submit(lambda: placed(tmp_path / "a", ".npz", lambda path: path.write_text("x"))).result()
+            pool.submit(lambda: write_atomically(tmp_path / "a", ".npz", lambda path: path.write_text("x"))).result()
             assert set(names(tmp_path)) == {*drafts, held.parent.name, "a.npz", "mine.npz"}
         process.communicate("x")
     monkeypatch.undo()
@@ -236,7 +240,7 @@ def test_what_killed_processes_left_goes_and_what_lives_stays(tmp_path, monkeypa
     assert set(names(tmp_path)) == {*drafts, "a.npz", "mine.npz"}
     for name in drafts:
         age(tmp_path / name)
-    placed(tmp_path / "a", ".npz", lambda path: path.write_text("x"))
+    write_atomically(tmp_path / "a", ".npz", lambda path: path.write_text("x"))
     assert set(names(tmp_path)) == {"a.npz", "a-2.npz", "mine.npz"}
 
 
@@ -250,7 +254,7 @@ def test_where_locks_fail_nothing_is_removed(tmp_path, monkeypatch):
     (left / placing.MARKER).write_text(TEXT)
     age(left)
     monkeypatch.setattr(placing.locks, "flock", none)
-    assert placed(tmp_path / "a", ".npz", lambda path: path.write_text("x")).name == "a.npz"
+    assert write_atomically(tmp_path / "a", ".npz", lambda path: path.write_text("x")).name == "a.npz"
     assert names(tmp_path) == [left.name, "a.npz"]
     monkeypatch.undo()
     placing.sweep_drafts(tmp_path)

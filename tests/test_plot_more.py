@@ -151,14 +151,14 @@ def drawn_box(text):
     x, y = text.axes.transData.transform(text.get_position())
     if turned:
         angle = np.radians(text.axes.transData.transform_angles([np.degrees(angle)], [text.get_position()])[0])
-    return plot_labels.Box(np.array([x, y]), np.array([box.width, box.height]) / 2, float(angle))
+    return plot_labels.LabelBox(np.array([x, y]), np.array([box.width, box.height]) / 2, float(angle))
 
 
 def test_boxes_overlap_where_they_do():
     rng = np.random.default_rng(5)
     for _ in range(200):
         one, two = (
-            plot_labels.Box(rng.uniform(0, 10, 2), rng.uniform(0.5, 4, 2), rng.uniform(0, np.pi)) for _ in range(2)
+            plot_labels.LabelBox(rng.uniform(0, 10, 2), rng.uniform(0.5, 4, 2), rng.uniform(0, np.pi)) for _ in range(2)
         )
         grid = np.array(np.meshgrid(*[np.linspace(-1, 1, 41)] * 2)).reshape(2, -1)
         inside = []
@@ -171,8 +171,8 @@ def test_boxes_overlap_where_they_do():
         if any(inside):
             assert one.overlaps(two)
         elif one.overlaps(two):  # only by less than the grid sees
-            smaller = plot_labels.Box(one.centre, one.half * 0.9, one.angle)
-            assert not smaller.overlaps(plot_labels.Box(two.centre, two.half * 0.9, two.angle))
+            smaller = plot_labels.LabelBox(one.centre, one.half * 0.9, one.angle)
+            assert not smaller.overlaps(plot_labels.LabelBox(two.centre, two.half * 0.9, two.angle))
 
 
 def test_the_title_on_the_left_stands_above_the_legend_of_a_web(ax):

@@ -13,7 +13,7 @@ import fastaff as fa
 from fastaff.core import compilations
 from fastaff.core.numbers import Passes
 from fastaff.results import progress
-from fastaff.results.calls import recorded
+from fastaff.results.calls import records_call
 from fastaff.results.progress import says_progress
 from fastaff.runs.launch import early
 
@@ -23,12 +23,12 @@ class Answer:
     told: bool
 
 
-@recorded
+@records_call
 def inner(x=0.0, *, report=None) -> Answer:
     return Answer(report is not None)
 
 
-@recorded
+@records_call
 def outer(x=0.0, *, report=None) -> Answer:
     assert not inner(x).told  # part of what is watched
     return Answer(report is not None)

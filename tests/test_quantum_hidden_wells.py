@@ -9,7 +9,7 @@ from test_quantum_narrow import lagrange, mesh
 import fastaff as fa
 from fastaff.quantum import NoGroundState, quasiclassical_levels, spectrum
 from fastaff.quantum.solvers.hidden_wells import Boxes
-from fastaff.quantum.solvers.lattice import Problem
+from fastaff.quantum.solvers.lattice import LatticeProblem
 from fastaff.sections.accessible_box import minima, potential_of
 
 FUNCTIONS = {"exp": np.exp, "cosh": np.cosh}
@@ -171,7 +171,9 @@ def test_bounds_enclose_the_potential(text):
     rng = np.random.default_rng(9)
     model = fa.hamiltonian(text, coordinates="x y")
     V = potential_of(model)
-    boxes = Boxes(model, Problem(V, np.zeros((2, 1)), np.zeros(1), np.zeros(2), np.eye(2)), np.full((2, 1), np.inf))
+    boxes = Boxes(
+        model, LatticeProblem(V, np.zeros((2, 1)), np.zeros(1), np.zeros(2), np.eye(2)), np.full((2, 1), np.inf)
+    )
     low = rng.normal(size=(2, 200)) * 2
     high = low + 10 ** rng.uniform(-3, 0.5, (2, 200))
     floor, ceiling, flat = boxes.bounds(low, high)

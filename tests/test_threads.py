@@ -30,8 +30,8 @@ from fastaff.engine.threads import (
     available_threads,
     by_portions,
     by_workers,
+    join_all,
     own_threads,
-    settle,
     works,
 )
 from fastaff.runs.options import Options, plan
@@ -82,7 +82,7 @@ def test_a_task_is_made_once_by_a_thread():
     task.begin()
     settled(task)
     task.begin()
-    settle([task])
+    join_all([task])
     assert task.withdrawn()
     assert said == [False]
 
@@ -110,7 +110,7 @@ def test_what_a_task_raises_is_its_owners():
         settled(task)
     with pytest.raises(ZeroDivisionError):
         task.ended(0.0)
-    settle([task])
+    join_all([task])
 
 
 def test_a_task_needs_no_thread_that_is_busy():

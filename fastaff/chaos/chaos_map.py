@@ -9,11 +9,11 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, flag, portion, whole
 from ..core.status import Status, describe
 from ..engine.kernels.readings import LN10
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along, put
 from ..runs.flow import Flow, energy_error, mark_drift
 from ..runs.launch import Report
@@ -23,7 +23,7 @@ from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..runs.tangent_map import stable_plan
 from ..systems.models.contracts import Dynamics
-from .indicator import MANY, Character, Indicators, Look, checked_indicators, judged, refuse
+from .indicator import MANY, Character, Indicators, IndicatorStyle, checked_indicators, judged, refuse
 from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 from .streamed import ChaosRun, own_rates
@@ -62,7 +62,7 @@ class ChaosMap(Result):
     scheme: Scheme
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     period: float | None = None
-    looks: tuple[Look, ...] = ()
+    looks: tuple[IndicatorStyle, ...] = ()
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return the values of the indicator of that name."""
@@ -120,8 +120,8 @@ class ChaosMap(Result):
         return describe(self.status, counts)
 
 
-@takes(z0=starts_of, scheme=scheme_of, indicators=indicators_of)
-@recorded
+@coerces_arguments(z0=starts_of, scheme=scheme_of, indicators=indicators_of)
+@records_call
 def chaos_map(
     body: Dynamics,
     z0: Starts,
@@ -223,7 +223,7 @@ def chaos_map(
         start = z[:, orbits]
         own = rates[orbits]
         work = ChaosRun(flow, start, own, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
-        with keeping("chaos_map", lambda: _result(work, options.drift, True)):
+        with partial_result_on_interrupt("chaos_map", lambda: _result(work, options.drift, True)):
             for number, run in enumerate(work.passes):
                 run(portion(report, number, len(work.passes)))
         return _result(work, options.drift, False)
@@ -236,7 +236,7 @@ def chaos_map(
                 shorter = flow.of(drifted)
                 shorter = replace(shorter, step=shorter.step / 2**halving)
                 told = passes.take(1.0, 0.5)
-                with keeping("chaos_map", functools.partial(_unfinished, found, drifted)):
+                with partial_result_on_interrupt("chaos_map", functools.partial(_unfinished, found, drifted)):
                     put(found, drifted, mapped(shorter, drifted, _of_orbits(deviations, drifted), told))
         return found
 
@@ -318,7 +318,7 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         scheme=work.flow.scheme,
         step=work.flow.step,
         period=float(work.flow.model.period) if work.flow.system.driven else None,
-        looks=tuple(Look.of(entry) for entry in work.chosen),
+        looks=tuple(IndicatorStyle.of(entry) for entry in work.chosen),
     )
 
 

@@ -12,10 +12,10 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import entries, function, numbers, portion, positive, shown, texts
 from ..core.status import Status
-from ..results.calls import axes_of, names_of, recorded, takes
+from ..results.calls import axes_of, coerces_arguments, names_of, records_call
 from ..results.result import Result, along
 from ..runs.launch import Report
 from ..runs.requirements import current_system
@@ -167,8 +167,8 @@ _ARRAYS = tuple(entry.name for entry in fields(FoundCases) if entry.name not in 
 AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
 
 
-@takes(scheme=scheme_of, second=scheme_of, indicators=indicators_of, names=names_of, axes=axes_of)
-@recorded
+@coerces_arguments(scheme=scheme_of, second=scheme_of, indicators=indicators_of, names=names_of, axes=axes_of)
+@records_call
 def chaotic_fraction(
     make: Callable[..., tuple[Dynamics, ArrayLike]],
     axes: Sequence[ArrayLike],
@@ -263,7 +263,7 @@ def chaotic_fraction(
     for number, cell in enumerate(cells):
         share = portion(report, number, len(cells))
         try:
-            with keeping("chaotic_fraction", lambda: scan):
+            with partial_result_on_interrupt("chaotic_fraction", lambda: scan):
                 _fill(scan, cell, make, time, run, step, scheme, second, share)
         except (TypeError, ValueError) as problem:
             at = ", ".join(f"{axis[i]:g}" for axis, i in zip(values, cell))

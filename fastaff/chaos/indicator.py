@@ -100,14 +100,14 @@ class Indicator(Protocol):
         raise TypeError(f"{type(self).__name__} must read vectors, or have a `watch` or a `compute`")
 
 
-class Look(NamedTuple):
+class IndicatorStyle(NamedTuple):
     """How figures draw an indicator: its label, empty where it has none, and whether chaotic orbits are above."""
 
     label: str
     above: bool
 
     @classmethod
-    def of(cls, indicator: Any) -> Look:
+    def of(cls, indicator: Any) -> IndicatorStyle:
         """Return the look of an indicator."""
         return cls(str(getattr(indicator, "label", None) or ""), bool(indicator.above))
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .. import files, plot
-from ..core.placing import placed
+from ..core.placing import write_atomically
 from ..core.status import describe
 from ..frequencies.frequencies import FrequencyMap
 from ..frequencies.frequency_map import frequency_map
@@ -116,7 +116,7 @@ def run(
         "p_gamma": P_GAMMA,
     }
     said = {"Title": "fastaff demo", "Description": json.dumps(facts)}
-    image = placed(stem, ".png", lambda path: figure.savefig(path, metadata=said), force=force)
+    image = write_atomically(stem, ".png", lambda path: figure.savefig(path, metadata=said), force=force)
     for p in portraits:
         for line in numbers(p):
             say(line)

@@ -15,12 +15,12 @@ from typing import Any
 
 from ..core.names import named
 from ..core.numbers import shown
-from ..core.placing import placed
+from ..core.placing import write_atomically
 from ..jobs.analyses import Chaos, Frequencies, Poincare, Run
 from ..jobs.job import OPTIONS, Job
 from ..jobs.launch import Starts
 from ..jobs.system import Model, Surface
-from ..jobs.wording import Wrong, as_flag, respelled, spelled
+from ..jobs.wording import OptionError, as_flag, respelled, spelled
 from ..systems.formulas.number import number
 from .stops import say
 
@@ -102,20 +102,20 @@ class Output:
         """Return the path without ending and number; in a folder that exists, the default there."""
         stem = self.out or Path(default)
         if stem.suffix.lower() in REFUSED:
-            raise Wrong(f"--out {stem}: figures are {', '.join(FORMATS)}")
+            raise OptionError(f"--out {stem}: figures are {', '.join(FORMATS)}")
         stem = stem / default if stem.is_dir() else stem
         stem = stem.with_suffix("") if stem.suffix.lower() in (".npz", *FORMATS) else stem
         if not stem.parent.is_dir():
-            raise Wrong(f"--out {stem}: the folder {stem.parent} does not exist")
+            raise OptionError(f"--out {stem}: the folder {stem.parent} does not exist")
         try:
             os.stat(stem.with_name(f"{stem.name}-999{self.ending}"))  # with the number that it may get
         except OSError as problem:
             if problem.errno == errno.ENAMETOOLONG:
-                raise Wrong(f"--out {shown(str(stem), 60)}: the name is too long") from None
+                raise OptionError(f"--out {shown(str(stem), 60)}: the name is too long") from None
         try:
             tempfile.TemporaryFile(dir=stem.parent).close()
         except OSError as problem:
-            raise Wrong(f"--out {stem}: the folder {stem.parent} cannot be written: {problem.strerror}") from None
+            raise OptionError(f"--out {stem}: the folder {stem.parent} cannot be written: {problem.strerror}") from None
         return stem
 
     def check(self) -> None:
@@ -146,7 +146,7 @@ class Output:
 
 @Parameter(name="*", group=WRITTEN)
 @dataclass(frozen=True, kw_only=True)
-class Look:
+class FigureOptions:
     """How orbits are coloured."""
 
     colour: str | None = None
@@ -163,9 +163,9 @@ class Look:
         """Refuse ends of the colour scale that are not finite or not in order."""
         for name in ("vmin", "vmax"):
             if not math.isfinite(getattr(self, name) or 0.0):
-                raise Wrong(f"--{name} must be a finite number, got {getattr(self, name)}")
+                raise OptionError(f"--{name} must be a finite number, got {getattr(self, name)}")
         if self.vmin is not None and self.vmax is not None and not self.vmin < self.vmax:
-            raise Wrong(f"--vmin must be below --vmax, got {self.vmin:g} and {self.vmax:g}")
+            raise OptionError(f"--vmin must be below --vmax, got {self.vmin:g} and {self.vmax:g}")
 
     @property
     def given(self) -> bool:
@@ -175,7 +175,7 @@ class Look:
 
 @Parameter(name="*", group=WRITTEN)
 @dataclass(frozen=True, kw_only=True)
-class Written(Output):
+class OutputFiles(Output):
     """The files to write of orbits: a job too."""
 
     write_job: Path | None = None
@@ -188,14 +188,16 @@ class Written(Output):
         path = self.write_job
         text = job.text()
         if not path.parent.is_dir():
-            raise Wrong(f"--write-job {path}: the folder {path.parent} does not exist")
+            raise OptionError(f"--write-job {path}: the folder {path.parent} does not exist")
         if path.exists() and not self.force:
-            raise Wrong(f"--write-job {path} exists; --force replaces it")
+            raise OptionError(f"--write-job {path} exists; --force replaces it")
         if path.exists() and not path.is_file():  # such as /dev/stdout
             path.write_text(text, encoding="utf-8")
         else:
             stem = path.with_suffix("")
-            path = placed(stem, path.suffix, lambda name: name.write_text(text, encoding="utf-8"), force=self.force)
+            path = write_atomically(
+                stem, path.suffix, lambda name: name.write_text(text, encoding="utf-8"), force=self.force
+            )
         print(path)
         return True
 
@@ -219,14 +221,14 @@ class Workers:
         for name in ("threads", "workers"):
             value = getattr(self, name)
             if value is not None and value < 1:
-                raise Wrong(f"--{name} must be at least 1, got {value}")
+                raise OptionError(f"--{name} must be at least 1, got {value}")
         if self.workers is not None and self.dask is not None:
-            raise Wrong("give --workers or --dask, not both")
+            raise OptionError("give --workers or --dask, not both")
 
 
 @Parameter(name="*", group=WRITTEN)
 @dataclass(frozen=True, kw_only=True)
-class Told:
+class LogOptions:
     """The messages while a job runs."""
 
     quiet: bool = False
@@ -239,7 +241,7 @@ class Told:
         if self.log is not None:
             named("--log", self.log, ("json",))
             if self.quiet:
-                raise Wrong("give --quiet or --log, not both")
+                raise OptionError("give --quiet or --log, not both")
 
 
 def converted(kind: Any, tokens: Any) -> Any:
@@ -280,7 +282,7 @@ def size_of(text: str | None) -> float | None:
         if not 0 < size < math.inf:
             raise ValueError
     except ValueError:
-        raise Wrong(f"--memory must be a number of bytes, for example 500MB or 2GiB, got {text!r}") from None
+        raise OptionError(f"--memory must be a number of bytes, for example 500MB or 2GiB, got {text!r}") from None
     return size
 
 
@@ -291,7 +293,7 @@ def pair(takes: str, text: str) -> tuple[float, float]:
         if not (math.isfinite(first) and math.isfinite(second)):
             raise ValueError
     except ValueError:
-        raise Wrong(f"{takes}, got {text!r}") from None
+        raise OptionError(f"{takes}, got {text!r}") from None
     return first, second
 
 
@@ -301,4 +303,4 @@ def job_of(**tables: Any) -> Job:
         try:
             return Job(**tables)
         except (ValueError, TypeError) as problem:
-            raise Wrong(respelled(str(problem), OPTIONS)) from None
+            raise OptionError(respelled(str(problem), OPTIONS)) from None

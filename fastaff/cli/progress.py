@@ -19,7 +19,7 @@ from ..results.progress import USED, Compilation
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
 
-class Progress:
+class TerminalProgress:
     """Bar, orbits/s and time left on a terminal; nothing elsewhere. A `report` of the library's functions."""
 
     def __init__(self, title: str, orbits: int | None = None):
@@ -28,7 +28,7 @@ class Progress:
         from rich.progress import Progress as Bar
         from rich.text import Text
 
-        class Lines(Bar):
+        class BarAndLine(Bar):
             """A bar with a line of text below."""
 
             below = ""
@@ -39,7 +39,7 @@ class Progress:
                     yield Text(self.below)
 
         rate = [] if orbits is None else [TextColumn("{task.fields[rate]}")]
-        self.bar = Lines(
+        self.bar = BarAndLine(
             TextColumn("{task.description}"),
             BarColumn(),
             TextColumn("{task.percentage:3.0f} %"),
@@ -58,7 +58,7 @@ class Progress:
         rate = fraction * self.orbits / max(clock.perf_counter() - self.start, 1e-9)
         self.bar.update(self.task, completed=fraction, rate=f"{rate:,.0f} orbits/s")
 
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> TerminalProgress:
         if self.shown:
             self.bar.start()
         return self
@@ -68,7 +68,7 @@ class Progress:
             self.bar.stop()
 
 
-class JobProgress(Progress):
+class JobProgress(TerminalProgress):
     """Progress of a job: orbits/s and crossings/s of this run, and below the bar the statuses so far."""
 
     def __init__(self, orbits: int, finished: float, shown: bool):
@@ -90,7 +90,7 @@ class JobProgress(Progress):
         )
 
 
-def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callable[[Any], Any]) -> Any:
+def watched(progress: TerminalProgress, compute: Callable[[TerminalProgress], Any], keep: Callable[[Any], Any]) -> Any:
     """Return compute(progress), which is held from then on; after Ctrl-C keep the result so far, say so and leave with
     exit code 130.
 

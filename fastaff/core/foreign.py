@@ -64,7 +64,7 @@ def adapter(value: Any) -> Any:
     return None
 
 
-def read_by(part: str, value: Any, *given: Any) -> Any:
+def dispatch_adapter(part: str, value: Any, *given: Any) -> Any:
     """Return the result of function `part` of a value's adapter, or of that of the first of a list of systems; None
     where there is none.
     """
@@ -84,5 +84,5 @@ def call_for(value: Any) -> str:
 
 def without_unit(value: Any) -> Any:
     """Return a Quantity as numbers in the units of `exchange.quantities`, anything else as it is."""
-    found = read_by("plain", value) if hasattr(value, "unit") else None
+    found = dispatch_adapter("plain", value) if hasattr(value, "unit") else None
     return value if found is None else found

@@ -22,7 +22,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 @contextmanager
-def keeping(function: str, partial: Callable[[], Any]) -> Iterator[None]:
+def partial_result_on_interrupt(function: str, partial: Callable[[], Any]) -> Iterator[None]:
     """Turn Ctrl-C within the block into Interrupted, with partial() as the result of `function` so far.
 
     A function called within it, which has a partial result of its own kind, is part of this one's work: that is lost
@@ -37,7 +37,7 @@ def keeping(function: str, partial: Callable[[], Any]) -> Iterator[None]:
 
 
 @contextmanager
-def recognized() -> Iterator[None]:
+def reraise_interrupt() -> Iterator[None]:
     """Raise Ctrl-C as KeyboardInterrupt where the code of others turns it into another exception."""
     earlier = sys.exc_info()[1]  # which the caller has dealt with
     try:
@@ -52,7 +52,7 @@ def recognized() -> Iterator[None]:
 
 
 @contextmanager
-def unbroken() -> Iterator[Callable[[], None]]:
+def defer_signals() -> Iterator[Callable[[], None]]:
     """Put signals off until the end of the block, and yield a function that handles those that have come, to be called
     at safe moments: an exception of a handler would be lost in the code of others, or leave its work half done.
     """
@@ -101,7 +101,7 @@ def imported(name: str, package: str | None = None, what: str = "this") -> Any:
     ModuleNotFoundError where an optional package is missing: it names the feature and the extra to install.
     """
     try:
-        with unbroken():
+        with defer_signals():
             return import_module(name, package)
     except ModuleNotFoundError as problem:
         missing = (problem.name or "").partition(".")[0]

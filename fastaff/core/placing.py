@@ -169,7 +169,7 @@ def _removed(path: Path) -> None:
         clock.sleep(0.02)
 
 
-def placed(
+def write_atomically(
     stem: Path, ending: str, write: Callable[[Path], object], *, beside: Iterable[str] = (), force: bool = False
 ) -> Path:
     """Write the file stem + ending and return its path.

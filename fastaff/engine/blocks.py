@@ -31,7 +31,7 @@ from .jit import JIT_DISABLED, SIGNATURES
 from .numba_private import AbstractTemplate, AttributeTemplate, infer_getattr, lower_builtin
 from .plane_loops import angle_of
 from .pointers import Bound, Calls, call_table
-from .state_rows import Rows, rows_of
+from .state_rows import StateRows, rows_of
 from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
 
@@ -139,7 +139,7 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
 
 
 @functools.lru_cache(maxsize=KEPT)
-def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
+def _model_block(kind: str, line: str, classes: tuple, rows: StateRows) -> Any:
     helpers = {"angle_of": _ANGLE_OF} if kind == "angles" else {}
     if rows.substep is not None:
         helpers["numbers"] = rows.substep.numbers
@@ -156,7 +156,7 @@ def _must(classes: tuple) -> str:
     )
 
 
-def _texts(rows: Rows) -> dict[str, Callable[[Rows], str]]:
+def _texts(rows: StateRows) -> dict[str, Callable[[StateRows], str]]:
     """Return the texts by kind of a system with these rows."""
     return {**map_texts.TEXTS, **map_sums.TEXTS} if rows.winding else TEXTS
 
@@ -170,7 +170,7 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
 
 
 @functools.lru_cache(maxsize=KEPT)
-def _nystrom_block(kind: str, line: str, classes: tuple, rows: Rows, terms: nystrom.Terms) -> Any:
+def _nystrom_block(kind: str, line: str, classes: tuple, rows: StateRows, terms: nystrom.Terms) -> Any:
     text = nystrom.march_text if kind == "nystrom_march" else nystrom.steps_text
     with _explained(_must(classes)):
         return _compiled(kind, line + text(rows, terms), classes, (("summed", nystrom.sums(kind, rows.half, terms)),))
@@ -347,7 +347,7 @@ class _Methods(AttributeTemplate):
         if not inspect.isfunction(method):
             return None
 
-        class Call(AbstractTemplate):
+        class MethodCall(AbstractTemplate):
             key = types.BaseNamedTuple, name
 
             def generic(self, args, kws):
@@ -355,7 +355,7 @@ class _Methods(AttributeTemplate):
                 compiled = types.Dispatcher(_compiled_method(vars(value.instance_class)[name]))
                 return compiled.get_call_type(self.context, (value, *args), kws).as_method()
 
-        return types.BoundFunction(Call, value)
+        return types.BoundFunction(MethodCall, value)
 
 
 def _register(name: str) -> None:

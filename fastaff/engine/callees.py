@@ -51,7 +51,7 @@ class _Part(_Library):
         self._finalized = True
 
 
-class _Apart(_Part):
+class _NotInlined(_Part):
     """Code to which callers jump: none has a copy of its own."""
 
     def add_llvm_module(self, ll_module):
@@ -67,7 +67,7 @@ MAKES = ("call", "binop", "inplace_binop", "unary")
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
-class _OnLoan(AnalysisPass):
+class _NoRefcounts(AnalysisPass):
     """Leave out the counting of references if all arrays belong to callers: its atomic operations take a fourth of the
     time of some kernels.
     """
@@ -106,7 +106,7 @@ class _PartPipeline(compiler.Compiler):
     def define_pipelines(self):
         """Return Numba's own passes and the one that may switch off the counting of references."""
         passes = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.add_pass_after(_OnLoan, AnnotateTypes)
+        passes.add_pass_after(_NoRefcounts, AnnotateTypes)
         passes.finalize()
         return [passes]
 
@@ -117,7 +117,7 @@ class _PartPipeline(compiler.Compiler):
 
 
 class _ApartPipeline(_PartPipeline):
-    part = _Apart
+    part = _NotInlined
 
 
 class _Aligned(_Library):

@@ -12,7 +12,7 @@ import numba
 from numba import types
 
 from ..core.compilations import Compiling
-from ..core.interruption import unbroken
+from ..core.interruption import defer_signals
 from .cache import CodeCache
 from .callees import Callee, EntryPipeline
 from .code_folder import cache_directory, config, prebuilt
@@ -49,7 +49,7 @@ def compiling() -> Iterator[None]:
     """Run the block, which compiles or loads. Signals wait for the next pass: LLVM asks Python for code, and goes on
     without it after an error. Garbage collection waits: it takes a fifth of the time, and there is little garbage.
     """
-    with Compiling.under_way(), unbroken() as take, events.install_listener("numba:run_pass", _Between(take)):
+    with Compiling.under_way(), defer_signals() as take, events.install_listener("numba:run_pass", _Between(take)):
         before = gc.isenabled()
         gc.disable()
         try:

@@ -1,7 +1,7 @@
 """Texts of block functions of maps that add up weighted sums along their iterates: moments and angles of loops.
 
-They are splittings whose states have more rows after those of the map, named in `Moments` and `Angles`; the weights of
-the iterates come in the table of drifts. An orbit's sums have the same bits beside any other orbits.
+They are splittings whose states have more rows after those of the map, named in `Moments` and `AngleSumRows`; the
+weights of the iterates come in the table of drifts. An orbit's sums have the same bits beside any other orbits.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import NamedTuple
 from .jit import LANES
 from .map_texts import _counted, _image, _names, _periods, _read, _stored
 from .plane_loops import COLUMNS, MOMENTS, SPANS
-from .state_rows import Rows
+from .state_rows import StateRows
 from .texts import _at, _indent, _loop
 
 
@@ -38,7 +38,7 @@ class Moments(NamedTuple):
         return self.plane(len(self.planes))
 
 
-class Angles(NamedTuple):
+class AngleSumRows(NamedTuple):
     """Rows of a state for the angles, after the 2n rows of the map: iterates so far; for each angle, first those of
     coordinates with a period, then those of the other planes, the last step and its sums over SPANS; for each of these
     planes the COLUMNS of its loop and its last value there.
@@ -78,13 +78,13 @@ def moments_of(winding: tuple[bool, ...]) -> Moments:
     return Moments(2 * n, tuple(r for r in range(n) if not winding[r]))
 
 
-def angles_of(winding: tuple[bool, ...]) -> Angles:
+def angles_of(winding: tuple[bool, ...]) -> AngleSumRows:
     """Return the rows of the angles of a map; winding (2n,): which of its rows have a period."""
     n = len(winding) // 2
-    return Angles(2 * n, tuple(r for r in range(n) if winding[r]), tuple(r for r in range(n) if not winding[r]))
+    return AngleSumRows(2 * n, tuple(r for r in range(n) if winding[r]), tuple(r for r in range(n) if not winding[r]))
 
 
-def moments(rows: Rows) -> str:
+def moments(rows: StateRows) -> str:
     """Iterates that add up the MOMENTS of planes, with the weight drifts[k] of iterate k."""
     own = moments_of(rows.winding)
     n = rows.n
@@ -100,7 +100,7 @@ def moments(rows: Rows) -> str:
     return _summed(rows, own.iterates, "", body)
 
 
-def angles(rows: Rows) -> str:
+def angles(rows: StateRows) -> str:
     """Iterates that add up the steps of angles over SPANS, with the weights drifts[k*SPANS + s] of iterate k."""
     own = angles_of(rows.winding)
     n = rows.n
@@ -126,7 +126,7 @@ def angles(rows: Rows) -> str:
     return _summed(rows, own.iterates, moved, body)
 
 
-def _summed(rows: Rows, count: int, moved: str, body: str) -> str:
+def _summed(rows: StateRows, count: int, moved: str, body: str) -> str:
     """Text of iterates, with the body after each; ends early like those of `map_texts`, after the sums of the iterate
     with which an orbit ends.
     """

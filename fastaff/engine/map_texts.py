@@ -10,47 +10,47 @@ from collections.abc import Callable
 
 from ..core.status import LOST_CODE
 from .jit import LANES
-from .state_rows import Rows, listed
+from .state_rows import StateRows, listed
 from .texts import _at, _indent, _loop
 
 
-def _names(rows: Rows, vector: int) -> list[str]:
+def _names(rows: StateRows, vector: int) -> list[str]:
     """Return the names of the numbers of the orbit (0), q0, ..., p0, ..., or of a tangent vector."""
     first = range(vector * rows.n, (vector + 1) * rows.n)
     return [f"q{r}" for r in first] + [f"p{r}" for r in first]
 
 
-def _places(rows: Rows, vector: int) -> list[int]:
+def _places(rows: StateRows, vector: int) -> list[int]:
     """Return the rows of these numbers."""
     first = range(vector * rows.n, (vector + 1) * rows.n)
     return [*first, *(rows.half + r for r in first)]
 
 
-def _periods(rows: Rows) -> str:
+def _periods(rows: StateRows) -> str:
     """Text that reads the periods."""
     wound = [r for r, winds in enumerate(rows.winding) if winds]
     text = "periods = value.periods()\n" if wound else ""
     return text + "".join(f"period{r}, turns{r} = periods[{r}], 1.0/periods[{r}]\n" for r in wound)
 
 
-def _image(rows: Rows) -> str:
+def _image(rows: StateRows) -> str:
     """Text that sets z0, z1, ... to the image of the orbit."""
     text = f"{listed('z', range(2 * rows.n))}, = value.iterate({', '.join(_names(rows, 0))})\n"
     wound = [r for r, winds in enumerate(rows.winding) if winds]
     return text + "".join(f"z{r} -= period{r}*np.rint(z{r}*turns{r})\n" for r in wound)
 
 
-def _vector_image(rows: Rows, vector: int) -> str:
+def _vector_image(rows: StateRows, vector: int) -> str:
     """Text that sets w0, w1, ... to the image of a tangent vector."""
     given = ", ".join(_names(rows, 0) + _names(rows, vector))
     return f"{listed('w', range(2 * rows.n))}, = value.tangent_iterate({given})\n"
 
 
-def _read(rows: Rows, vector: int) -> str:
+def _read(rows: StateRows, vector: int) -> str:
     return "".join(f"{name} = {_at(r)}\n" for name, r in zip(_names(rows, vector), _places(rows, vector), strict=True))
 
 
-def _counted(rows: Rows) -> str:
+def _counted(rows: StateRows) -> str:
     """Text that counts a lane as outside if its image has left the domain or has momenta that are not finite;
     coordinates that are not finite have no positive margin.
     """
@@ -59,11 +59,11 @@ def _counted(rows: Rows) -> str:
     return f"outside += 0 if value.margin({q}) + {p} > 0.0 else 1\n"
 
 
-def _stored(rows: Rows, vector: int, letter: str) -> str:
+def _stored(rows: StateRows, vector: int, letter: str) -> str:
     return "".join(f"{_at(r)} = {letter}{k}\n" for k, r in enumerate(_places(rows, vector)))
 
 
-def _iterates(rows: Rows) -> str:
+def _iterates(rows: StateRows) -> str:
     """Iterates, up to the one with which an orbit ends; returns their number.
 
     Vectors move before the orbit, by the derivative at its old point.
@@ -84,7 +84,7 @@ def _iterates(rows: Rows) -> str:
     )
 
 
-def _march(rows: Rows) -> str:
+def _march(rows: StateRows) -> str:
     """Iterates of lane 0 with its state in scalars, and the bits of `splitting`: for a single orbit."""
     every = [(name, r) for v in range(1 + rows.vectors) for name, r in zip(_names(rows, v), _places(rows, v))]
     body = ""
@@ -102,7 +102,7 @@ def _march(rows: Rows) -> str:
     )
 
 
-def _check(rows: Rows) -> str:
+def _check(rows: StateRows) -> str:
     z = [f"z{r}" for r in range(2 * rows.half)]
     return _loop(
         "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
@@ -113,7 +113,7 @@ def _check(rows: Rows) -> str:
     )
 
 
-def _inside(rows: Rows) -> str:
+def _inside(rows: StateRows) -> str:
     z = [_at(r) for r in range(2 * rows.half)]
     return _loop(
         f"margin = value.margin({', '.join(z[: rows.n])})\nfinite = {' + '.join(f'0.0*{row}' for row in z)}\ncode = "
@@ -122,7 +122,7 @@ def _inside(rows: Rows) -> str:
     )
 
 
-def _observable(rows: Rows) -> str:
+def _observable(rows: StateRows) -> str:
     """A smooth function of phase points, which replaces the kinetic energy in indicators of maps: of cosines of angles,
     without their momenta, which may grow for ever.
     """
@@ -136,7 +136,7 @@ def _observable(rows: Rows) -> str:
     return _indent(_periods(rows), 1) + _loop(f"result[i] = {' + '.join(terms)}\n", 1)
 
 
-TEXTS: dict[str, Callable[[Rows], str]] = {
+TEXTS: dict[str, Callable[[StateRows], str]] = {
     "splitting": _iterates,
     "march": _march,
     "check": _check,

@@ -14,7 +14,7 @@ from typing import Any
 from .jit import LANES
 from .lane_sums import Terms, sum_of_table
 from .state_rows import CARRIED
-from .texts import Rows, _indent, traced, while_inside
+from .texts import StateRows, _indent, traced, while_inside
 
 
 def lanes_at_once(half: int) -> int:
@@ -31,7 +31,7 @@ def spare_rows(n: int, half: int, stages: int) -> int:
     return -(-((stages + 2) * half + n) * lanes_at_once(half) // LANES)
 
 
-def steps_text(rows: Rows, terms: Terms) -> str:
+def steps_text(rows: StateRows, terms: Terms) -> str:
     """Text of steps of the state in place; terms: the forces in each sum."""
     width = lanes_at_once(rows.half)
     step = f"count, own, size = min({width}, lanes - first), z[first:], step[first:]\n"
@@ -39,7 +39,7 @@ def steps_text(rows: Rows, terms: Terms) -> str:
     return _until_outside(rows, width, terms, f"for first in range(0, lanes, {width}):\n" + _indent(step, 1))
 
 
-def march_text(rows: Rows, terms: Terms) -> str:
+def march_text(rows: StateRows, terms: Terms) -> str:
     """Text of steps of lane 0 with the bits of the others: for a single orbit."""
     kept = traced(f"z[{r * LANES}]" for r in range(2 * rows.half))
     step = _step(rows, 1, len(terms) - 2, _alone)
@@ -52,7 +52,7 @@ def sums(kind: str, half: int, terms: Terms) -> Any:
     return sum_of_table(terms, half * (1 if alone else lanes_at_once(half)), vectors=not alone)
 
 
-def _until_outside(rows: Rows, width: int, terms: Terms, step: str, kept: str = "") -> str:
+def _until_outside(rows: StateRows, width: int, terms: Terms, step: str, kept: str = "") -> str:
     """Text of steps, in the rows after the state and its carried rounding errors."""
     first = 4 * rows.half * LANES
     made = f"    # Sums of forces: {', '.join(map(str, terms))}\n"
@@ -68,7 +68,7 @@ def _alone(text: str, count: str = "1") -> str:
     return "i = 0\n" + text.replace("lane_step", "step")
 
 
-def _step(rows: Rows, width: int, stages: int, each: Callable[..., str]) -> str:
+def _step(rows: StateRows, width: int, stages: int, each: Callable[..., str]) -> str:
     """Text of one step of `each` lane: loops over few rows, as only these become vectors. LLVM must first test whether
     rows at unknown places of one array overlap.
     """
@@ -86,7 +86,7 @@ def _step(rows: Rows, width: int, stages: int, each: Callable[..., str]) -> str:
     )
 
 
-def _summed(rows: Rows, width: int, stages: int) -> str:
+def _summed(rows: StateRows, width: int, stages: int) -> str:
     """Text that makes sum s; that of the kick follows that of the drift. A time has its own velocity. Rows of a full
     width of lanes are contiguous: one loop goes through all.
     """
@@ -101,14 +101,14 @@ def _summed(rows: Rows, width: int, stages: int) -> str:
     )
 
 
-def _parts(rows: Rows, text: Callable[[range], str]) -> str:
+def _parts(rows: StateRows, text: Callable[[range], str]) -> str:
     """Text for the orbit, with the names of its rows, and for each vector, with those of the first."""
     n = rows.n
     vectors = f"for part in range({n}, {rows.half}, {n}):\n{_indent(text(range(n, 2 * n)), 1)}" if rows.vectors else ""
     return f"part = 0\n{text(range(n))}{vectors}"
 
 
-def _moved(rows: Rows, width: int, part: range) -> str:
+def _moved(rows: StateRows, width: int, part: range) -> str:
     """Text that sets the v of a part to the velocities at the momenta that its sums make."""
     momenta = (f"mine[{(rows.half + k) * LANES} + i]" for k in range(rows.n))
     sums = (f"total[{k * width} + i]" for k in range(rows.n))
@@ -119,7 +119,7 @@ def _moved(rows: Rows, width: int, part: range) -> str:
     return f"h = lane_step\n{text}{rows.velocities(part)}"
 
 
-def _stage(rows: Rows, width: int, each: Callable[..., str], part: range) -> str:
+def _stage(rows: StateRows, width: int, each: Callable[..., str], part: range) -> str:
     """Text that sets the forces of stage s of a part."""
     half = rows.half
     n = rows.n
@@ -134,7 +134,7 @@ def _stage(rows: Rows, width: int, each: Callable[..., str], part: range) -> str
     return begin + each(text)
 
 
-def _end(rows: Rows, width: int, each: Callable[..., str], part: range) -> str:
+def _end(rows: StateRows, width: int, each: Callable[..., str], part: range) -> str:
     """Text that turns the sums of a part into the increments of its coordinates and momenta over the step."""
     drift = _moved(rows, width, part) + "".join(f"total[{k * width} + i] = h*v{r}\n" for k, r in enumerate(part))
     kick = "".join(f"total[{k * width} + i] *= lane_step\n" for k in range(rows.n))

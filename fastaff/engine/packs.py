@@ -16,7 +16,7 @@ from typing import NamedTuple
 from .cache import SUFFIX, read, write
 
 
-class Level(NamedTuple):
+class InstructionLevel(NamedTuple):
     """A level of instruction sets that many processors share: LLVM's name, and LLVM's names of all the sets."""
 
     name: str
@@ -32,7 +32,7 @@ _V2 = ("crc32", "cx16", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3")
 _V3 = (*_V2, "avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
 _V4 = (*_V3, "avx512bw", "avx512cd", "avx512dq", "avx512f", "avx512vl")
 
-LEVELS = {name: Level(name, sets) for name, sets in (("x86-64-v4", _V4), ("x86-64-v3", _V3))}
+LEVELS = {name: InstructionLevel(name, sets) for name, sets in (("x86-64-v4", _V4), ("x86-64-v3", _V3))}
 """The levels by name, the highest first. All have fused multiply-adds, without which results have other bits."""
 
 FOLDER = Path(__file__).with_name("prebuilt")
@@ -42,7 +42,7 @@ FOLDER = Path(__file__).with_name("prebuilt")
 class Pack(NamedTuple):
     """Compressed machine code by the names of its files, and the level for which it is compiled."""
 
-    level: Level
+    level: InstructionLevel
     files: dict[str, bytes]
 
     def code(self, name: str) -> bytes | None:
@@ -65,7 +65,7 @@ def best(folder: Path, key: str, features: Iterable[str]) -> Pack | None:
     return None
 
 
-def build(code: Path, level: Level, key: str, folder: Path) -> Path:
+def build(code: Path, level: InstructionLevel, key: str, folder: Path) -> Path:
     """Make a pack of all machine code in a cache folder, compiled for that level; return its file."""
     folder.mkdir(parents=True, exist_ok=True)
     files = {path.name: read(path, own=False) for path in sorted(code.glob(f"*{SUFFIX}"))}
@@ -77,5 +77,5 @@ def build(code: Path, level: Level, key: str, folder: Path) -> Path:
     return _path(folder, level, key)
 
 
-def _path(folder: Path, level: Level, key: str) -> Path:
+def _path(folder: Path, level: InstructionLevel, key: str) -> Path:
     return folder / f"{level.name}-{key}.pack"

@@ -14,7 +14,7 @@ MOMENTS = 9
 """Number of weighted sums of a plane: of q, p; qq, qp, pp; and of products with the next q', p': q'q, q'p, p'q, p'p."""
 
 
-class Columns(NamedTuple):
+class PlaneColumns(NamedTuple):
     """Columns of a plane's loop: its centre; a, b, c of (a + i b)(q - centre) + i c (p - centre), 0 for a plane at
     rest; cosine, sine and turns of the reference.
     """
@@ -30,7 +30,7 @@ class Columns(NamedTuple):
     end: int = 8
 
 
-COLUMNS = Columns()
+COLUMNS = PlaneColumns()
 
 
 @jit

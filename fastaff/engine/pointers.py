@@ -16,7 +16,7 @@ from .jit import JIT_DISABLED, SIGNATURES, BlockFunction, jit
 from .numba_private import cgutils, intrinsic
 
 
-class Columns(NamedTuple):
+class CallColumns(NamedTuple):
     """Columns of the table of calls: the address of a function, the ranges of its parameters and of its own calls."""
 
     address: int = 0
@@ -26,7 +26,7 @@ class Columns(NamedTuple):
     calls_end: int = 4
 
 
-COLUMNS = Columns()
+COLUMNS = CallColumns()
 
 
 class Calls(NamedTuple):

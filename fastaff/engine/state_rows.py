@@ -21,7 +21,7 @@ mine[i] = whole
 
 
 @dataclass(frozen=True)
-class Rows:
+class StateRows:
     """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
     after another).
 
@@ -145,7 +145,7 @@ class Rows:
         return f"rate = value.{self.own.rate}()\n" + "".join(map(self.own.slopes, self.parts(rows)))
 
 
-def rows_of(value: Any, n: int, vectors: int) -> Rows:
+def rows_of(value: Any, n: int, vectors: int) -> StateRows:
     """Return the rows of a state of a model, or of a section's argument, by the terms of its equations."""
     terms = terms_of(value)
     if "rates" in terms:
@@ -154,7 +154,7 @@ def rows_of(value: Any, n: int, vectors: int) -> Rows:
         variables = 2 * n
     else:
         variables = 0
-    return Rows(n, vectors, terms, variables, winding_of(value), velocity_bends(value))
+    return StateRows(n, vectors, terms, variables, winding_of(value), velocity_bends(value))
 
 
 def listed(letter: str, rows: Iterable[int]) -> str:

@@ -68,7 +68,7 @@ class Substep:
             f"{loop(made + kept + keep, 3, lanes)}{end}"
         )
 
-    def at_hand(self, first: int, stage: str, last: str) -> str:
+    def select_coefficients(self, first: int, stage: str, last: str) -> str:
         """Text that selects the numbers of a stage: in the second half of a step those of its mirror image.
 
         As separate arrays: loops over rows at distances that are not constant would not be vectorised.
@@ -80,7 +80,7 @@ class Substep:
 
     def before(self, parts: Sequence[range], n: int, first: int, stage: str) -> str:
         """Text before a drift of an orbit and its vectors, of n coordinates together."""
-        text = self.at_hand(3 * first if first else 2 * n, stage, "kicks.size")
+        text = self.select_coefficients(3 * first if first else 2 * n, stage, "kicks.size")
         if self.rare is not None:
             rare = self.rare
             text += "if beyond > 0.0:\n" + loop("".join(rare(part, n, first) for part in parts), 1)

@@ -9,7 +9,7 @@ import functools
 from collections.abc import Callable, Iterable, Sequence
 
 from .jit import LANES
-from .state_rows import CARRIED, Rows, listed
+from .state_rows import CARRIED, StateRows, listed
 from .terms import Substep
 from .terms import indented as _indent
 from .terms import loop as _loop
@@ -30,13 +30,13 @@ def _at(row: int) -> str:
     return f"z[{row * LANES} + i]"
 
 
-def _splitting(rows: Rows) -> str:
+def _splitting(rows: StateRows) -> str:
     """Steps of drifts and kicks of the state in place."""
     passed = "" if rows.time is None else _loop(f"{_at(rows.time)} += step[i]\n", 0)
     return _steps(rows, 0, passed, 2 * rows.half)
 
 
-def _precise_splitting(rows: Rows) -> str:
+def _precise_splitting(rows: StateRows) -> str:
     """Steps of drifts and kicks of the increments since the start of the step (rows 2n...4n), which round at their own
     small size; then these are added to the state.
     """
@@ -45,7 +45,7 @@ def _precise_splitting(rows: Rows) -> str:
     return _steps(rows, size, passed + _settling(rows), 3 * size)
 
 
-def _steps(rows: Rows, first: int, after: str, size: int) -> str:
+def _steps(rows: StateRows, first: int, after: str, size: int) -> str:
     """Text of steps of `size` rows: drifts and kicks of those from `first` on and the text `after` them; ends early,
     after the step with which a lane leaves the domain; returns the number of steps.
 
@@ -65,7 +65,7 @@ def _steps(rows: Rows, first: int, after: str, size: int) -> str:
     return f"{made}{uneven}    if uneven > 0:\n{_indent(own, 2)}    else:\n{_indent(alike, 2)}    return taken\n"
 
 
-def while_inside(rows: Rows, step: str, kept: str = "") -> str:
+def while_inside(rows: StateRows, step: str, kept: str = "") -> str:
     """Text of `steps` steps, or up to the one with which a lane leaves the domain; kept: text after each."""
     margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
     return (
@@ -83,7 +83,7 @@ def traced(state: Iterable[str]) -> str:
     return f"if trace.size > 0:\n    kept = trace[taken - 1:]\n{_indent(kept, 1)}    continue\n"
 
 
-def _settling(rows: Rows) -> str:
+def _settling(rows: StateRows) -> str:
     """Text that adds the increments of a step to the state with the carried errors, rows 4n...6n. The rows of vectors
     are in a loop: written out they would take as long to compile as all the rest.
     """
@@ -98,7 +98,7 @@ def _settling(rows: Rows) -> str:
     )
 
 
-def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
+def _drifts_kicks(rows: StateRows, first: int, *, alike: bool) -> str:
     """Text of a step that changes the rows from `first` on, the state itself (0) or its increments; alike: for lanes of
     one step.
     """
@@ -140,7 +140,7 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
     )
     begin, more = ("", "") if rows.time is None else ("passed = 0.0\n", "    passed += drift\n")
     if kicks is not None:
-        more += _indent(kicks.at_hand(3 * first if first else 2 * n, "s", "kicks.size - 1"), 1)
+        more += _indent(kicks.select_coefficients(3 * first if first else 2 * n, "s", "kicks.size - 1"), 1)
     return (
         f"{begin}for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{more}{start}{kick}"
         f"drift = drifts[kicks.size]\nif drift != 0.0:\n{end}{drift}"
@@ -155,7 +155,7 @@ def _shared(loaded: tuple[str, ...], body: str, depth: int) -> str:
     return _indent("".join(shared).replace("[i]", "[0]"), depth) + _loop(own, depth)
 
 
-def _numbers(rows: Rows, first: int, lanes: str, stages: tuple[str, str], step: str) -> str:
+def _numbers(rows: StateRows, first: int, lanes: str, stages: tuple[str, str], step: str) -> str:
     """Text that makes the numbers of the substep, if there is one; stages: names of drifts and kicks."""
     if rows.own is None or rows.substep is None:
         return ""
@@ -167,7 +167,7 @@ def _pushed(kicks: Substep | None, r: int, part: range, p: str) -> str:
     return f"fma(hk, f{r}, {p})" if kicks is None else kicks.text(r, part, p)
 
 
-def _march(rows: Rows) -> str:
+def _march(rows: StateRows) -> str:
     """Whole steps of lane 0 with its state in scalars, and the bits of `splitting`: for a single orbit.
 
     Ends early, after the step that leaves the domain; returns the number of steps.
@@ -184,14 +184,14 @@ def _march(rows: Rows) -> str:
     drifts = rows.solves("drift")
     kicks = rows.solves("kick")
     if drifts is not None:
-        turn = f"{drifts.at_hand(2 * n, 's', 'kick.size')}i = 0\n{drifts.loaded}"
+        turn = f"{drifts.select_coefficients(2 * n, 's', 'kick.size')}i = 0\n{drifts.loaded}"
         if drifts.rare is not None:
             rare = "".join(drifts.rare(part, n, None) for part in rows.parts(rows.all))
             turn += f"if {drifts.names[-1]} > 0.0:\n{_indent(rare, 1)}"
         drift = turn + drift + "".join(drifts.text(part, "q", "p", {}) for part in rows.parts(rows.all))
     kick = rows.forces(rows.all) + "hk = kick[s]*step\n"
     if kicks is not None:
-        kick += f"{kicks.at_hand(2 * n, 's', 'kick.size - 1')}i = 0\n{kicks.loaded}"
+        kick += f"{kicks.select_coefficients(2 * n, 's', 'kick.size - 1')}i = 0\n{kicks.loaded}"
     pushed = ((r, _pushed(kicks, r, part, f"p{r}")) for part in rows.parts(rows.all) for r in part)
     kick += "".join(f"p{r} = {after}\n" for r, after in pushed)
     return (
@@ -208,7 +208,7 @@ def _march(rows: Rows) -> str:
     )
 
 
-def _derivative(rows: Rows) -> str:
+def _derivative(rows: StateRows) -> str:
     n = rows.half
     text = ""
     if rows.variables:
@@ -222,7 +222,7 @@ def _derivative(rows: Rows) -> str:
     return text
 
 
-def _rates(rows: Rows, group: range) -> str:
+def _rates(rows: StateRows, group: range) -> str:
     """Rates of a system dz/dt = f(z), and their changes along vectors; 0 in an idle row."""
     z = [f"z{j}" for j in range(rows.variables)]
     body = "".join(f"{name} = {_at(r)}\n" for name, r in zip(z, rows.state(range(rows.n)), strict=True))
@@ -241,7 +241,7 @@ def _rates(rows: Rows, group: range) -> str:
     return _loop(body, 1)
 
 
-def _check(rows: Rows) -> str:
+def _check(rows: StateRows) -> str:
     z = [f"z{r}" for r in range(2 * rows.half)]
     kinetic = "" if rows.variables and not rows.nonseparable else _kinetic_energy(rows, "energy", z)
     kinetic += "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n" if kinetic else ""
@@ -257,7 +257,7 @@ def _check(rows: Rows) -> str:
     )
 
 
-def _inside(rows: Rows) -> str:
+def _inside(rows: StateRows) -> str:
     """The part of `check` that every step needs: whether the orbit is finite and in the domain."""
     z = [_at(r) for r in range(2 * rows.half)]
     return _loop(
@@ -268,7 +268,7 @@ def _inside(rows: Rows) -> str:
     )
 
 
-def _leapt(rows: Rows) -> str:
+def _leapt(rows: StateRows) -> str:
     """Whether steps from the states `begin` to z have passed a pole: one of the model's `poles` has passed a whole
     number, and V, H or the rates next to that point of the chord are larger than the motion allows. At a pole without
     residue they are not.
@@ -286,7 +286,7 @@ def _leapt(rows: Rows) -> str:
     return text + _loop(f"if result[i] < 0.0:\n{_indent(search, 1)}", 1)
 
 
-def _had(rows: Rows, old: Sequence[str], new: Sequence[str], between: Sequence[str]) -> str:
+def _had(rows: StateRows, old: Sequence[str], new: Sequence[str], between: Sequence[str]) -> str:
     """Text that sets `leap` to 1 if V, H or the rates `between` are far beyond those at both ends of a step, else 0."""
     if rows.variables and not rows.nonseparable:
         f = ([f"{letter}{j}" for j in range(rows.variables)] for letter in "fgh")
@@ -304,11 +304,11 @@ def _had(rows: Rows, old: Sequence[str], new: Sequence[str], between: Sequence[s
     return text + f"    leap = 1.0 if change > {HIGH}*(kinetic0 + kinetic1) else leap\n"
 
 
-def _value(rows: Rows) -> str:
+def _value(rows: StateRows) -> str:
     return _loop(f"result[i] = value.value({', '.join(map(_at, rows.orbit))})\n", 1)
 
 
-def _kinetic_energy(rows: Rows, name: str, z: Sequence[str]) -> str:
+def _kinetic_energy(rows: StateRows, name: str, z: Sequence[str]) -> str:
     """Text that sets a name to the kinetic energy of rows with these texts, for H(q, p) to half of |p . dH/dp|."""
     orbit = [z[r] for r in rows.orbit]
     if not rows.nonseparable:
@@ -318,20 +318,20 @@ def _kinetic_energy(rows: Rows, name: str, z: Sequence[str]) -> str:
     return f"{text}{name} = 0.5*np.abs({work})\n"
 
 
-def _kinetic(rows: Rows) -> str:
+def _kinetic(rows: StateRows) -> str:
     return _loop(_kinetic_energy(rows, "result[i]", [_at(r) for r in range(2 * rows.half)]), 1)
 
 
-def _potential(rows: Rows) -> str:
+def _potential(rows: StateRows) -> str:
     return _loop(f"result[i] = value.potential_energy({', '.join(map(_at, range(rows.n)))})\n", 1)
 
 
-def _along(rows: Rows) -> str:
+def _along(rows: StateRows) -> str:
     """The direction of the flow: velocities and forces of the orbit alone."""
     n = rows.n
     orbit = rows.orbit
     if rows.variables:
-        alone = Rows(n, 0, rows.terms, rows.variables)
+        alone = StateRows(n, 0, rows.terms, rows.variables)
         load = _rates(alone, range(n))
         for j in range(rows.variables):  # read at the orbit's rows among those of its vectors
             load = load.replace(f"z{j} = {_at(alone.state(range(n))[j])}\n", f"z{j} = {_at(rows.state(range(n))[j])}\n")
@@ -377,7 +377,7 @@ def read(parameters: int) -> str:
 ONE_VARIABLE = _loop("result[i] = value.value(z[i])\n", 1)
 """Text of a function of one variable."""
 
-TEXTS: dict[str, Callable[[Rows], str]] = {
+TEXTS: dict[str, Callable[[StateRows], str]] = {
     "splitting": _splitting,
     "precise_splitting": _precise_splitting,
     "march": _march,

@@ -169,7 +169,7 @@ def together(calls: Iterable[Callable[[], object]], stop: Callable[[], object], 
                     between()
         except BaseException:
             stop()
-            settle(tasks)
+            join_all(tasks)
             raise
 
 
@@ -248,11 +248,11 @@ def by_workers(call: Callable[[int], object], workers: int, threads: int = 1) ->
             while not task.ended(0.1):
                 pass
     except BaseException:
-        settle(tasks)
+        join_all(tasks)
         raise
 
 
-def settle(tasks: Iterable[Task]) -> None:
+def join_all(tasks: Iterable[Task]) -> None:
     """Wait until none of these tasks runs, despite any exception meanwhile; those not begun never will."""
     for task in tasks:
         while not task.withdrawn():

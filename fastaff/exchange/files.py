@@ -18,9 +18,9 @@ import numpy as np
 
 from ..chaos import indicators, own_indicator
 from ..core.numbers import StrPath, fits, shown
-from ..core.placing import checked_file, placed
+from ..core.placing import checked_file, write_atomically
 from ..core.status import summary
-from ..results.calls import OWN, Call, NoData, encoded, keep, plain
+from ..results.calls import OWN, Call, NotSerializable, encoded, keep, plain
 from ..results.display import screen
 from ..results.progress import says_progress
 from ..results.provenance import provenance
@@ -142,7 +142,7 @@ def save_among(
         with open(path, "wb") as file:
             np.savez(file, **arrays)
 
-    return placed(stem, ending, write, beside=beside, force=force)
+    return write_atomically(stem, ending, write, beside=beside, force=force)
 
 
 @saved.register
@@ -438,7 +438,7 @@ def _packed(name: str, value: Any, arrays: dict[str, np.ndarray]) -> Any:
         return {type(value).__name__: [_packed(f"{inner}{k}", entry, arrays) for k, entry in enumerate(value)]}
     try:
         return {"value": _stored(name, encoded(value), arrays)}
-    except NoData:
+    except NotSerializable:
         return {"missing": type(value).__name__}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.interruption import imported
-from ..core.placing import placed
+from ..core.placing import write_atomically
 from ..results.result import Result, columns
 
 
@@ -74,4 +74,6 @@ def exported(path: Path, result: Any, force: bool, parameters: Mapping[str, Any]
     if parameters:
         raise ValueError(f"{next(iter(parameters))} is kept in .npz files alone, got a path that ends in {path.suffix}")
     path.parent.mkdir(parents=True, exist_ok=True)
-    return placed(path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), force=force)
+    return write_atomically(
+        path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), force=force
+    )

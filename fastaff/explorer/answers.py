@@ -51,7 +51,7 @@ STATUS = {
 INTERRUPTED = "no more crossings"
 
 
-class Launched(NamedTuple):
+class LaunchedOrbit(NamedTuple):
     """An orbit: its state at the start, its time at the last crossing, and the number of crossings sent so far."""
 
     z0: np.ndarray
@@ -73,7 +73,7 @@ class Answers:
         self.system: System = current_system(None)  # until the page names one
         self.section: Any = None
         self.where: dict[str, float] = {}
-        self.orbits: dict[int, Launched] = {}
+        self.orbits: dict[int, LaunchedOrbit] = {}
         self.scheme = ""
         self.accuracy = 1e-10
 
@@ -220,7 +220,7 @@ class Answers:
             z0 = z[:, 0]
             if isinstance(self.section, Plane):
                 point = tuple(map(float, self.section.projected(z)[:, 0]))
-        self.orbits[message["orbit"]] = Launched(z0, point, 0, 0.0)  # type: ignore[arg-type]
+        self.orbits[message["orbit"]] = LaunchedOrbit(z0, point, 0, 0.0)  # type: ignore[arg-type]
         self.post({"type": "launched", "orbit": message["orbit"], "point": list(point), "z0": z0})
         self._follow(message["orbit"], int(message.get("crossings") or 1000))
 
@@ -310,7 +310,7 @@ class Answers:
         self.post({"type": "reading", "orbit": number, **facts, **reading})
         return None
 
-    def _iterate(self, number: int, orbit: Launched, plane: Plane, count: int) -> None:
+    def _iterate(self, number: int, orbit: LaunchedOrbit, plane: Plane, count: int) -> None:
         """Find the iterates of an orbit, send the new ones and the readings of the orbit."""
         run = poincare_map(self.body, orbit.z0, crossings=count)
         chaos = chaos_map(self.body, orbit.z0, time=count, indicators=(MEGNO(), Lyapunov()))

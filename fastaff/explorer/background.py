@@ -14,7 +14,7 @@ from ..core.numbers import shown
 from ..core.status import Status
 from ..exchange.files import contents, load
 from ..frequencies.frequencies import FrequencyMap
-from ..jobs.job import Job, Plan
+from ..jobs.job import Job, JobPlan
 from ..jobs.results import JobResults
 from ..jobs.store import Store, is_store
 from ..sections.energy_grid import EnergyGrid
@@ -25,22 +25,22 @@ SPREAD = 1e-6
 LABELS = {"megno": "MEGNO", "sali": "log10 SALI", "lyapunov": "Lyapunov exponent", "fli": "FLI", "ofli": "OFLI"}
 
 
-class Found(NamedTuple):
+class MapOnGrid(NamedTuple):
     """A map with its grid, and its job if there is one."""
 
     result: Any
     grid: Any
     job: Job | None = None
-    plan: Plan | None = None
+    plan: JobPlan | None = None
 
 
-def found(background: Any) -> Found:
+def found(background: Any) -> MapOnGrid:
     """Return the map of a path, or of a pair (result, grid); raises ValueError or TypeError for others."""
     if isinstance(background, (str, os.PathLike)):
         path = Path(background)
         read = _of_store(path) if is_store(path) else _of_file(path)
     elif isinstance(background, tuple) and len(background) == 2:
-        read = Found(*background)
+        read = MapOnGrid(*background)
     else:
         raise TypeError(
             "background must be the path of a file or store of a chaos or frequency map, or a pair of a result and its "
@@ -58,7 +58,7 @@ def found(background: Any) -> Found:
     return read
 
 
-def _of_store(path: Path) -> Found:
+def _of_store(path: Path) -> MapOnGrid:
     store = Store(path)
     results = JobResults.stored(path)
     names = [name for name in ("chaos_map", "frequency_map") if name in results.names]
@@ -69,10 +69,10 @@ def _of_store(path: Path) -> Found:
     if not place.size:
         raise ValueError(f"background {path}: no orbit is finished yet")
     grid = plan.launch.placed(store.root["launch/z0"][:][:, place], place)
-    return Found(results[names[0]], grid, results.job, plan)
+    return MapOnGrid(results[names[0]], grid, results.job, plan)
 
 
-def _of_file(path: Path) -> Found:
+def _of_file(path: Path) -> MapOnGrid:
     arrays, facts = contents(path)
     result = load(path)
     if not isinstance(facts.get("job"), str) or "place" not in arrays:
@@ -81,10 +81,10 @@ def _of_file(path: Path) -> Found:
         )
     job = Job.parsed(facts["job"], str(path))
     plan = job.plan()
-    return Found(result, plan.launch.placed(arrays["z0"], arrays["place"]), job, plan)
+    return MapOnGrid(result, plan.launch.placed(arrays["z0"], arrays["place"]), job, plan)
 
 
-def background_record(read: Found, of: dict[str, Any]) -> dict[str, Any]:
+def background_record(read: MapOnGrid, of: dict[str, Any]) -> dict[str, Any]:
     """Return the record of a map for a page; of: its system and surface."""
     label, values = _values(read.result)
     cells = np.ma.filled(read.grid.spread(values.astype(np.float64)), np.nan)

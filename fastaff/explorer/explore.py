@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..core.names import named
 from ..core.numbers import StrPath, numbers, positive, real
-from ..core.placing import placed
+from ..core.placing import write_atomically
 from ..results.progress import says_progress
 from ..results.provenance import provenance
 from ..results.result import Result
@@ -28,7 +28,7 @@ from ..systems.formulas.section_text import section_forms, section_named
 from ..systems.models.contracts import Dynamics, Section
 from ..systems.models.mechanics import System
 from ..systems.models.sections import Stroboscopic
-from .background import Found, background_record, found
+from .background import MapOnGrid, background_record, found
 from .page import page
 from .parameters import parameter_values
 from .setup import (
@@ -132,7 +132,7 @@ def explore(
     setup, _ = setup_of(body, **given)
     path = _path(out)
     text = page(setup)
-    return placed(
+    return write_atomically(
         path.with_suffix(""), path.suffix, lambda name: name.write_text(text, encoding="utf-8"), force=out is not None
     )
 
@@ -235,7 +235,7 @@ def _reached(body: Any, section: Any, start: dict[str, Any]) -> None:
             raise
 
 
-def _of(under: Found, start: dict[str, Any]) -> dict[str, Any]:
+def _of(under: MapOnGrid, start: dict[str, Any]) -> dict[str, Any]:
     """Return the system and surface of a map: those of its job, else those of the page."""
     if start["energy"] is None:
         kept = {name: start[name] for name in ("system", "section", "others")}

@@ -44,11 +44,11 @@ _WRITTEN_OUT = 4
 """Powers up to this one are products."""
 
 
-class Text(str):
+class ScriptText(str):
     """An expression in JavaScript: a name, a number or something in parentheses."""
 
 
-class Part(NamedTuple):
+class ScriptPart(NamedTuple):
     """The model, or a value inside of it, and its path: the names of the fields."""
 
     value: Any
@@ -59,10 +59,10 @@ class Refused(TypeError):
     """Raised for a construct that cannot be printed: one sentence that names it."""
 
 
-def printed(part: Part, name: str, arguments: list[str], parameters: list[str]) -> dict[str, Any]:
+def printed(part: ScriptPart, name: str, arguments: list[str], parameters: list[str]) -> dict[str, Any]:
     """Return lines and results of one method with those arguments."""
     work = _Printer(parameters)
-    value = work.called(part, name, [Text(argument) for argument in arguments])
+    value = work.called(part, name, [ScriptText(argument) for argument in arguments])
     results = list(value) if isinstance(value, tuple) else [value]
     return {"lines": work.lines, "results": [work.number(result) for result in results]}
 
@@ -76,12 +76,12 @@ class _Printer:
         self.depth = 0
         self.lines: list[str] = []
 
-    def fresh(self, stem: str) -> Text:
+    def fresh(self, stem: str) -> ScriptText:
         """Return a name that nothing else has."""
         self.count += 1
-        return Text(f"{stem}${self.count}")
+        return ScriptText(f"{stem}${self.count}")
 
-    def called(self, part: Part, name: str, arguments: list[Any]) -> Any:
+    def called(self, part: ScriptPart, name: str, arguments: list[Any]) -> Any:
         """Return the value of a method of the model, written out."""
         function = getattr(type(part.value), name, None)
         if isinstance(function, property):
@@ -107,25 +107,25 @@ class _Printer:
 
     def assign(self, stem: str, value: Any) -> Any:
         """Give a value a name in a line; names and numbers need none, tuples one for each entry."""
-        if isinstance(value, tuple) and not isinstance(value, Part):
+        if isinstance(value, tuple) and not isinstance(value, ScriptPart):
             return tuple(self.assign(stem, entry) for entry in value)
-        if not isinstance(value, Text) or value.replace("$", "_").isidentifier():
+        if not isinstance(value, ScriptText) or value.replace("$", "_").isidentifier():
             return value
         name = self.fresh(stem)
         self.lines.append(f"const {name} = {value};")
         return name
 
-    def number(self, value: Any) -> Text:
+    def number(self, value: Any) -> ScriptText:
         """Return a value as the text of a number."""
-        if isinstance(value, Text):
+        if isinstance(value, ScriptText):
             return value
         if isinstance(value, (bool, np.bool_)):
-            return Text("1" if value else "0")
+            return ScriptText("1" if value else "0")
         if isinstance(value, (int, float, np.floating, np.integer)):
             if math.isinf(value) or math.isnan(value):
-                return Text("NaN" if math.isnan(value) else "Infinity" if value > 0 else "(-Infinity)")
+                return ScriptText("NaN" if math.isnan(value) else "Infinity" if value > 0 else "(-Infinity)")
             text = repr(float(value)).removesuffix(".0")
-            return Text(text if value >= 0 and not text.startswith("-") else f"({text})")
+            return ScriptText(text if value >= 0 and not text.startswith("-") else f"({text})")
         raise Refused(f"a value of type {type(value).__name__} cannot be printed as a number of JavaScript")
 
     @staticmethod
@@ -188,7 +188,7 @@ class _Scope:
     def either(self, node: ast.If, first: list[ast.stmt], second: list[ast.stmt]) -> Any:
         """Write both ways to a return; return its value."""
         condition = self.value(node.test)
-        if not isinstance(condition, Text):
+        if not isinstance(condition, ScriptText):
             return self.block(first if condition else second)
         yes, a = self.aside(first)
         no, b = self.aside(second)
@@ -205,7 +205,7 @@ class _Scope:
     def branches(self, node: ast.If) -> None:
         """Write a condition whose ways assign names."""
         condition = self.value(node.test)
-        if not isinstance(condition, Text):
+        if not isinstance(condition, ScriptText):
             self.block(node.body if condition else node.orelse)
             return
         before = dict(self.names)
@@ -248,10 +248,10 @@ class _Scope:
             raise self.printer.refused(node, f"Python's {type(node).__name__}")
         return found(node)
 
-    def text(self, node: ast.expr) -> Text:
+    def text(self, node: ast.expr) -> ScriptText:
         """Return the text of a number."""
         value = self.value(node)
-        if isinstance(value, (tuple, Part)) or isinstance(value, str) != isinstance(value, Text):
+        if isinstance(value, (tuple, ScriptPart)) or isinstance(value, str) != isinstance(value, ScriptText):
             raise self.printer.refused(node, "a value that is no number")
         return self.printer.number(value)
 
@@ -287,7 +287,7 @@ class _Scope:
             if isinstance(constant, float):
                 return constant
         owner = self.value(node.value)
-        if not isinstance(owner, Part):
+        if not isinstance(owner, ScriptPart):
             raise self.printer.refused(node, f"the attribute .{node.attr}")
         if isinstance(getattr(type(owner.value), node.attr, None), property):
             return self.printer.called(owner, node.attr, [])
@@ -295,16 +295,16 @@ class _Scope:
             raise self.printer.refused(node, f"the attribute .{node.attr}, which {type(owner.value).__name__} lacks,")
         return self.entry(node, owner, node.attr)
 
-    def entry(self, node: ast.AST, owner: Part, name: str) -> Any:
+    def entry(self, node: ast.AST, owner: ScriptPart, name: str) -> Any:
         """Return a field as a parameter, an inner value or a constant."""
         value = getattr(owner.value, name)
         path = (*owner.path, name)
         if name in fields_of(owner.value) and isinstance(value, (int, float, np.floating, np.integer)):
             parameter = parameter_name(path)
             if parameter in self.printer.parameters:
-                return Text(f"${parameter}")
+                return ScriptText(f"${parameter}")
         if fields_of(value):
-            return Part(value, path)
+            return ScriptPart(value, path)
         if isinstance(value, (int, float, tuple)):
             return value
         raise self.printer.refused(node, f"the attribute .{name} of type {type(value).__name__}")
@@ -314,36 +314,36 @@ class _Scope:
         left, right = self.value(node.left), self.value(node.right)
         if type(left) is tuple and type(right) is tuple and isinstance(node.op, ast.Add):
             return left + right
-        if not isinstance(left, (Text, int, float)) or not isinstance(right, (Text, int, float)):
+        if not isinstance(left, (ScriptText, int, float)) or not isinstance(right, (ScriptText, int, float)):
             raise self.printer.refused(node, "arithmetic of other than numbers")
-        if not isinstance(left, Text) and not isinstance(right, Text):
+        if not isinstance(left, ScriptText) and not isinstance(right, ScriptText):
             return _computed(node, left, right, self.printer)
         if isinstance(node.op, ast.Pow):
             return self.power(left, right)
         sign = _BINARY.get(type(node.op))
         if sign is None:
             raise self.printer.refused(node, f"the operator {type(node.op).__name__}")
-        return Text(f"({self.printer.number(left)} {sign} {self.printer.number(right)})")
+        return ScriptText(f"({self.printer.number(left)} {sign} {self.printer.number(right)})")
 
-    def power(self, base: Any, exponent: Any) -> Text:
+    def power(self, base: Any, exponent: Any) -> ScriptText:
         """Return a power: a product where it is small."""
         whole = isinstance(exponent, (int, float)) and float(exponent).is_integer()
-        if whole and 1 <= abs(exponent) <= _WRITTEN_OUT and isinstance(base, Text):
+        if whole and 1 <= abs(exponent) <= _WRITTEN_OUT and isinstance(base, ScriptText):
             name = self.printer.assign("b", base)
             product = "*".join([name] * abs(int(exponent)))
-            return Text(f"({product})" if exponent > 0 else f"(1/({product}))")
-        return Text(f"Math.pow({self.printer.number(base)}, {self.printer.number(exponent)})")
+            return ScriptText(f"({product})" if exponent > 0 else f"(1/({product}))")
+        return ScriptText(f"Math.pow({self.printer.number(base)}, {self.printer.number(exponent)})")
 
     def on_UnaryOp(self, node: ast.UnaryOp) -> Any:
         """Return a sign or a negation."""
         value = self.value(node.operand)
         if isinstance(node.op, ast.Not):
-            return Text(f"(!{value})") if isinstance(value, Text) else not value
-        if isinstance(node.op, ast.Invert) or isinstance(value, (tuple, Part)):
+            return ScriptText(f"(!{value})") if isinstance(value, ScriptText) else not value
+        if isinstance(node.op, ast.Invert) or isinstance(value, (tuple, ScriptPart)):
             raise self.printer.refused(node, "the operator ~, or a sign of what is no number,")
         if isinstance(node.op, ast.UAdd):
             return value
-        return Text(f"(-{value})") if isinstance(value, Text) else -value
+        return ScriptText(f"(-{value})") if isinstance(value, ScriptText) else -value
 
     def on_Compare(self, node: ast.Compare) -> Any:
         """Return a chain of comparisons that must all hold."""
@@ -353,19 +353,19 @@ class _Scope:
             if type(op) not in _COMPARED:
                 raise self.printer.refused(node, f"the comparison {type(op).__name__}")
             texts.append(f"{self.printer.number(first)} {_COMPARED[type(op)]} {self.printer.number(second)}")
-        return Text(f"({' && '.join(texts)})")
+        return ScriptText(f"({' && '.join(texts)})")
 
     def on_BoolOp(self, node: ast.BoolOp) -> Any:
         """Return conditions joined by `and` or `or`."""
         sign = " && " if isinstance(node.op, ast.And) else " || "
-        return Text(f"({sign.join(self.text(entry) for entry in node.values)})")
+        return ScriptText(f"({sign.join(self.text(entry) for entry in node.values)})")
 
     def on_IfExp(self, node: ast.IfExp) -> Any:
         """Return one of two values."""
         condition = self.value(node.test)
-        if not isinstance(condition, Text):
+        if not isinstance(condition, ScriptText):
             return self.value(node.body if condition else node.orelse)
-        return Text(f"({condition} ? {self.text(node.body)} : {self.text(node.orelse)})")
+        return ScriptText(f"({condition} ? {self.text(node.body)} : {self.text(node.orelse)})")
 
     def on_Subscript(self, node: ast.Subscript) -> Any:
         """Return an entry of a tuple."""
@@ -384,7 +384,7 @@ class _Scope:
             isinstance(node.func.value, ast.Name) and node.func.value.id in ("np", "math", "numpy")
         ):
             owner = self.value(node.func.value)
-            if not isinstance(owner, Part):
+            if not isinstance(owner, ScriptPart):
                 raise self.printer.refused(node, f"the call of .{name}")
             arguments: list[Any] = []
             for entry in node.args:
@@ -397,10 +397,10 @@ class _Scope:
             return self.power(self.text(node.args[0]), 2)
         if name == "where" and len(node.args) == 3:
             condition, yes, no = map(self.text, node.args)
-            return Text(f"({condition} ? {yes} : {no})")
+            return ScriptText(f"({condition} ? {yes} : {no})")
         if name not in FUNCTIONS or any(isinstance(entry, ast.Starred) for entry in node.args):
             raise self.printer.refused(node, f"the call of {name}")
-        return Text(f"{FUNCTIONS[name]}({', '.join(map(self.text, node.args))})")
+        return ScriptText(f"{FUNCTIONS[name]}({', '.join(map(self.text, node.args))})")
 
 
 def _computed(node: ast.BinOp, left: Any, right: Any, printer: _Printer) -> Any:

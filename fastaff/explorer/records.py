@@ -6,7 +6,7 @@ from typing import Any
 
 from ..systems.models.angles import Coordinates2
 from ..systems.models.mechanics import System
-from .javascript import Part, Refused, printed
+from .javascript import Refused, ScriptPart, printed
 from .loops import loops_of, turns_around
 from .parameters import fields_of, numbers_in
 
@@ -34,8 +34,8 @@ def model_code(system: System) -> dict[str, Any]:
     if n != (4 if kind == "body" else 2):
         raise _too_many("be one with a doubly isotropic potential, or a system of two coordinates,", system)
     q, p, d = ([f"{stem}{i}" for i in range(n)] for stem in "qpd")
-    own = Part(system.model, ())
-    wanted: list[tuple[str, Part, str, list[str]]] = [
+    own = ScriptPart(system.model, ())
+    wanted: list[tuple[str, ScriptPart, str, list[str]]] = [
         ("velocity", own, "velocity", p),
         ("force", own, "force", q),
         ("kinetic", own, "kinetic_energy", p),
@@ -43,7 +43,7 @@ def model_code(system: System) -> dict[str, Any]:
         ("margin", own, "margin", q),
     ]
     if kind == "body":
-        inner = Part(system.model.potential, ("potential",))
+        inner = ScriptPart(system.model.potential, ("potential",))
         wanted += [("V", inner, "value", ["A", "B"]), ("inside", inner, "margin", ["A", "B"])]
     if hasattr(system.model, "tangent_force") and system.quadratic:
         wanted.append(("tangent", own, "tangent_force", [*q, *d]))
@@ -52,11 +52,11 @@ def model_code(system: System) -> dict[str, Any]:
     if kind == "driven":
         own_period = {"lines": [], "results": ["$period"]}
         methods["period"] = own_period if "period" in fields_of(system.model) else printed(own, "period", [], names)
-        methods["signals"] = printed(Part(Coordinates2(), ()), "signals", [*q, *p], [])
+        methods["signals"] = printed(ScriptPart(Coordinates2(), ()), "signals", [*q, *p], [])
         winds = [turns_around(system.model), False]
         return {"kind": kind, "n": n, "parameters": names, "angles": ["x"], "winds": winds, "methods": methods}
     angles = loops_of(system)
-    methods["signals"] = printed(Part(angles, ()), "signals", [*q, *p], [])
+    methods["signals"] = printed(ScriptPart(angles, ()), "signals", [*q, *p], [])
     return {"kind": kind, "n": n, "parameters": names, "angles": list(angles.names), "methods": methods}
 
 
@@ -74,7 +74,7 @@ def _too_many(takes: str, system: System) -> Refused:
 def _map_code(system: System) -> dict[str, Any]:
     """Return a map as data: winds (2n,) is true for rows with a period."""
     n = system.n
-    own = Part(system.model, ())
+    own = ScriptPart(system.model, ())
     rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
     names = [name for name, _ in numbers_in(system.model, ())]
     wanted: tuple[tuple[str, str, list[str]], ...] = (
@@ -89,7 +89,7 @@ def _map_code(system: System) -> dict[str, Any]:
     return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 
-class Turning:
+class TurningFrameMethods:
     """Methods of H(q, p) = T + V - w (x p_y - y p_x) for a model whose frame turns."""
 
     def rates(self: Any, x, y, p_x, p_y):
@@ -135,13 +135,13 @@ class Curved:
 def _equations_code(system: System) -> dict[str, Any]:
     """Return dz/dt = f(z) as data: rows, whether they are coordinates and momenta with an energy, winds (rows,)."""
     names = [name for name, _ in numbers_in(system.model, ())]
-    methods_of = Turning if system.frame else Curved if system.curved else None
+    methods_of = TurningFrameMethods if system.frame else Curved if system.curved else None
     whole = (
         system.model
         if methods_of is None
         else type(type(system.model).__name__, (methods_of, type(system.model)), {})(*system.model)
     )
-    own = Part(whole, ())
+    own = ScriptPart(whole, ())
     if system.canonical and system.n != 2:
         raise _too_many("have two degrees of freedom, or one beside its time,", system)
     if not system.canonical and system.rows < 3:

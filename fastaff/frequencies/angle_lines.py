@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.numbers import fits
 from ..results.result import Result, along
-from .angle_loops import Layout
+from .angle_loops import SignalLayout
 from .fundamental import Loops, prepared, values
 from .plane_lines import plane_lines
 from .signals import Signals
@@ -61,14 +61,14 @@ class LineTable:
         self.amplitude = np.zeros((len(names), lines, orbits), complex)
         self.error = np.full((len(names), lines, orbits), np.inf)
 
-    def adopt(self, orbits: np.ndarray, layout: Layout, signals: Signals, delay: float) -> None:
+    def adopt(self, orbits: np.ndarray, layout: SignalLayout, signals: Signals, delay: float) -> None:
         """Fill in the lines of the signals of these orbits; delay: time of the first sample, in intervals."""
         for o in signals.alike():
             for begin in range(0, o.size, AT_ONCE):
                 part = o[begin : begin + AT_ONCE]
                 self._adopt(orbits[part], layout, signals.of(part), delay)
 
-    def _adopt(self, orbits: np.ndarray, layout: Layout, signals: Signals, delay: float) -> None:
+    def _adopt(self, orbits: np.ndarray, layout: SignalLayout, signals: Signals, delay: float) -> None:
         interval = float(signals.interval[0])
         count = max(0, min(self.count, int(signals.samples[0]) // 4 - MARGIN))
         if count:
@@ -88,7 +88,7 @@ class LineTable:
         return AngleLines(names=self.names, nu=self.nu, amplitude=self.amplitude, error=self.error)
 
 
-def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarray, np.ndarray]]:
+def _signals(layout: SignalLayout, signals: Signals) -> list[tuple[list[int], np.ndarray, np.ndarray]]:
     """Return angles, their signals (orbits, angles, samples) and the units of these (orbits, angles)."""
     m = layout.m
     s = np.ascontiguousarray(signals.array(np.arange(signals.samples.size))[:, : 2 * m])

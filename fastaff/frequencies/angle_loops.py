@@ -13,7 +13,7 @@ from ..results.calls import names_of
 from ..systems.models.angles import AlphaBeta, Cylindrical, Polar, RVartheta
 from .fundamental import run
 from .kernels import fundamental as kernels
-from .rooms import Room
+from .rooms import ReusableBuffer
 from .signals import Signals
 
 
@@ -57,7 +57,7 @@ def suited(angles: Any, degrees_of_freedom: int, whose: str) -> None:
         raise ValueError(f"angles must have {degrees_of_freedom} angles for {whose};{named}{other}")
 
 
-class Layout:
+class SignalLayout:
     """The rows of signals of each angle: two for each libration (real Q and P), then four for each plane; and the
     periods (n,) of coordinates that are signals themselves and may go round, 0 for others.
     """
@@ -91,7 +91,7 @@ class Layout:
             return rows_block(tuple(part + i for i in range(self.n) for part in (0, self.n)))
         return signals_block(self.angles, 2 * self.n, tuple(self.kept))
 
-    def signals(self, states: np.ndarray, threads: int, room: Room) -> np.ndarray:
+    def signals(self, states: np.ndarray, threads: int, room: ReusableBuffer) -> np.ndarray:
         """Return the signals (orbits, rows, samples), in a room, of states (orbits, samples, 2n)."""
         s = room.array(len(states), self.rows, states.shape[1])
         run(kernels.read_signals, len(states), (states, *call_table(np.zeros(0), (self.call,)), s), threads)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .fundamental import AT_REST, BRIEF, Modes, adopt, run, tables_of, taken
+from .fundamental import AT_REST, BRIEF, LatticeModes, run, store_rows, tables_of, taken
 from .kernels import fundamental as kernels
 from .lattices import Lattices, lattices_of
-from .loop_rates import Rates
+from .loop_rates import LoopRates
 from .signals import Signals
 
 DRIVEN = 1e-4
@@ -43,7 +43,9 @@ def symmetric(s: Signals, m: int) -> np.ndarray:
     return kept
 
 
-def about_axis(some: Lattices, azimuth: Rates, time: np.ndarray, threads: int) -> tuple[Rates, np.ndarray, np.ndarray]:
+def about_axis(
+    some: Lattices, azimuth: LoopRates, time: np.ndarray, threads: int
+) -> tuple[LoopRates, np.ndarray, np.ndarray]:
     """Return the rates (orbits, n) of R (, z) and phi, the integers (orbits, n, n) of their leading lines, and a mask
     (orbits, 1) of orbits whose azimuth has a mean rate, from those of generators and of the azimuth (orbits, 1).
 
@@ -77,7 +79,7 @@ def about_axis(some: Lattices, azimuth: Rates, time: np.ndarray, threads: int) -
     has = (np.abs(vectors) @ found.owned[:, :, None])[:, :, 0] > 0
     shown = ~has & (place < n - 1) & combination.any(axis=2)
     rates = rates.combined(combination).where(shown, rates)
-    through = Rates(*(np.repeat(entry, n, axis=1) for entry in azimuth))
+    through = LoopRates(*(np.repeat(entry, n, axis=1) for entry in azimuth))
     better = kept[:, None] & (place == n - 1) & ((through.error < rates.error) | ~complete[:, None])
     return through.where(better, rates), combination, goes[:, None]
 
@@ -104,7 +106,7 @@ def _without_driven(some: Lattices, time: np.ndarray, threads: int) -> None:
 
 
 def _integers(
-    found: Modes, nu: np.ndarray, spread: np.ndarray, value: np.ndarray, bar: np.ndarray, threads: int
+    found: LatticeModes, nu: np.ndarray, spread: np.ndarray, value: np.ndarray, bar: np.ndarray, threads: int
 ) -> np.ndarray:
     """Return integers (orbits, n, n) with value = k @ nu within the errors, 0 where none are short."""
     k = np.zeros((*nu.shape, nu.shape[1]), np.int64)
@@ -170,8 +172,8 @@ def through_the_plane(some: Lattices, m: int, s: Signals, start: Signals | None,
     seen = {name: getattr(some.found, name)[taking] for name in ("leading", "leading_error", "lines")}
     found = found._replace(**seen)
     k = _integers(found, found.nu, found.spread, found.leading, found.leading_error, threads)
-    adopt(some.found, taking, found._replace(combination=k))
-    adopt(some.rates, taking, taken(now.rates, better))
+    store_rows(some.found, taking, found._replace(combination=k))
+    store_rows(some.rates, taking, taken(now.rates, better))
     for old, new in zip(some[2:], now[2:], strict=True):
         old[taking] = new[better]
 

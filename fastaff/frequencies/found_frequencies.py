@@ -6,18 +6,18 @@ import numpy as np
 
 from ..runs.schemes.catalogue import Scheme
 from .angle_lines import LineTable
-from .angle_loops import Layout
+from .angle_loops import SignalLayout
 from .frequencies import FrequencyMap
 from .readings import Reading
 from .verdicts import kinds
 
 
-class Found:
+class FrequencyTable:
     """The frequencies of orbits so far: arrays as in a FrequencyMap, with `vague` and `irregular` as in a Reading;
     reached (orbits,): a mask of orbits that have been read.
     """
 
-    def __init__(self, layout: Layout, orbits: int, lines: int | None = None):
+    def __init__(self, layout: SignalLayout, orbits: int, lines: int | None = None):
         self.layout, n = layout, len(layout.angles.names)
         self.nu, self.leading = np.zeros((2, n, orbits))
         self.halves = np.zeros((2, n, orbits))

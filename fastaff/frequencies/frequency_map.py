@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, fits, whole
 from ..core.status import Status
 from ..engine.jit import LANES
 from ..engine.kernels.samples import CHUNK_ROWS
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..runs import observers, scales
 from ..runs.accuracy import HALVINGS
 from ..runs.flow import Ensemble, Flow, energy_error, mark_drift
@@ -25,13 +25,13 @@ from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..systems.models.contracts import Angles, Dynamics
 from ..systems.models.mechanics import system_of
-from .angle_loops import Layout, Plain, angles_of, suited
-from .found_frequencies import Found
+from .angle_loops import Plain, SignalLayout, angles_of, suited
+from .found_frequencies import FrequencyTable
 from .frequencies import FrequencyKind, FrequencyMap
 from .fundamental import fastest
 from .map_frequencies import map_frequencies
-from .readings import Samples, read
-from .rooms import ROOMS, Room
+from .readings import SampledOrbits, read
+from .rooms import BUFFERS, ReusableBuffer
 from .sampling import LONGEST, pilot_share, resolving, sample_counts
 from .signals import Signals
 from .turning import unresolved
@@ -71,8 +71,8 @@ BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
 
 
-@takes(z0=starts_of, scheme=scheme_of, angles=angles_of)
-@recorded
+@coerces_arguments(z0=starts_of, scheme=scheme_of, angles=angles_of)
+@records_call
 def frequency_map(
     body: Dynamics,
     z0: Starts,
@@ -201,7 +201,7 @@ def frequency_map(
     angles = checked_angles(angles, problem.model)
     flow, z, *_ = problem.plan(time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, report, lines)
-    with keeping("frequency_map", lambda: work.result(options.drift)):
+    with partial_result_on_interrupt("frequency_map", lambda: work.result(options.drift)):
         work.run(options.drift)
     return work.result(options.drift)
 
@@ -243,11 +243,11 @@ class FrequencyWork:
         self.time = time
         self.report = report
         self.accuracy = accuracy
-        self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.system.periods)
+        self.layout = SignalLayout(angles, flow.model.degrees_of_freedom, flow.system.periods)
         self.n = len(angles.names)
         self.orbits = z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
-        self.found = Found(self.layout, self.orbits, lines)
+        self.found = FrequencyTable(self.layout, self.orbits, lines)
         self.unfinished = np.ones(self.orbits, bool)
         self.used = np.full(self.orbits, np.nan)
 
@@ -324,7 +324,7 @@ class FrequencyWork:
             step = np.broadcast_to(flow.of(orbits[part]).step, need[part].size)
             counts = np.full(need[part].size, PROBE)
             brief = replace(flow, step=step)
-            seen, run = self._sampled(brief, orbits[part], PROBE * step, counts, ROOMS.signals)
+            seen, run = self._sampled(brief, orbits[part], PROBE * step, counts, BUFFERS.signals)
             with np.errstate(all="ignore"):
                 dense = self.time * fastest(seen.array(np.arange(counts.size)), 1.0, flow.threads) / step / radians
             dense = np.maximum(dense, self.time * self.rate[orbits[part]] / LONGEST)
@@ -342,9 +342,11 @@ class FrequencyWork:
         share = share[order]
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)
-        signals, run = self._sampled(flow, orbits, self.time, counts, ROOMS.signals, passes.take(1.0, PILOT + READING))
+        signals, run = self._sampled(
+            flow, orbits, self.time, counts, BUFFERS.signals, passes.take(1.0, PILOT + READING)
+        )
         told = passes.take(PILOT, READING)
-        start, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, ROOMS.starts, told)
+        start, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, BUFFERS.starts, told)
         self.ensemble.take(orbits, run)
         self.used[orbits] = self.time / steps
         done = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
@@ -356,14 +358,20 @@ class FrequencyWork:
             parts = max(1, math.ceil(8 * self.layout.rows * float(counts[alike].sum()) / BUDGET))
             told = 0 if passes.report is None else min(PARTS, alike.size // (LANES * flow.threads))
             for some in np.array_split(alike, min(max(parts, told), alike.size)):
-                samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
+                samples = SampledOrbits(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
                 left -= some.size
                 with Passes(passes.take(some.size, left)):
                     self._adopt(orbits[some], samples)
         self.unfinished[orbits] &= self.accuracy is not None  # lost orbits have no more samples
 
     def _sampled(
-        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room, report: Report | None = None
+        self,
+        flow: Flow,
+        orbits: np.ndarray,
+        time: Any,
+        counts: np.ndarray,
+        room: ReusableBuffer,
+        report: Report | None = None,
     ) -> tuple[Signals, Ensemble]:
         """Return so many samples of the signals of these orbits, and the orbits' ends; samples that were not reached
         are arbitrary.
@@ -384,7 +392,7 @@ class FrequencyWork:
         flow.advance(run, observer, memory, signals.numbers[None], time=time, observations=observations, report=report)
         return signals, run
 
-    def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
+    def _adopt(self, orbits: np.ndarray, samples: SampledOrbits) -> None:
         """Fill in the results from samples of these orbits."""
         found = read(self.layout, samples, self.flow.threads)
         if self.found.lines is not None:  # before the orbits count as finished

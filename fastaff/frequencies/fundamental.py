@@ -22,12 +22,12 @@ from ..runs.launch import launch
 from .integer_lattice import ball
 from .kernels import dual_loops, line_lattice, loop_lines, loop_transforms
 from .kernels import fundamental as kernels
-from .kernels.fundamental import Lattice, Rows, Vectors
+from .kernels.fundamental import FrequencyLattice, SignalRows, Vectors
 from .kernels.harmonic_inversion import SPACING
-from .kernels.line_lattice import Found, LatticeLimits, Lines
+from .kernels.line_lattice import FoundLattices, LatticeLimits, RankedLines
 from .kernels.loop_transforms import SUMS, Bands, Spectra
 from .kernels.loops import Loops, loop_values
-from .rooms import ROOMS
+from .rooms import BUFFERS
 from .signals import Signals
 from .windows import APART_ORDER, apart_window, cosine_window, fast_lengths, growth_windows, tables_for, tabulated
 
@@ -87,7 +87,7 @@ ORDERED = 0.02
 """Advantage of ascending frequencies, in the logarithm of shares: decides where coordinates share modes equally."""
 
 
-class Modes(NamedTuple):
+class LatticeModes(NamedTuple):
     """Modes from the lines of loops: arrays over orbits first, then over m loops (NaN or 0 past the rank).
 
     rank: number of independent frequencies found; nu, spread: the frequency of each loop and its error bar, from lines;
@@ -156,7 +156,7 @@ def run(kernel: Any, orbits: int, arguments: tuple, threads: int, few: int = FEW
         launch(kernel, arguments, np.zeros(orbits), float(orbits), threads, None, steps)
 
 
-def modes(signals: Signals, m: int, threads: int) -> Modes:
+def modes(signals: Signals, m: int, threads: int) -> LatticeModes:
     """Find the independent frequencies of the first 2m rows of signals."""
     spectra, bands = _transforms(signals, m, threads)
     found = _lattices(signals, spectra, bands, threads)
@@ -164,7 +164,7 @@ def modes(signals: Signals, m: int, threads: int) -> Modes:
     return _in_units_of(found, spectra, np.arange(signals.samples.size))
 
 
-def _in_units_of(found: Modes, spectra: Spectra, orbits: np.ndarray) -> Modes:
+def _in_units_of(found: LatticeModes, spectra: Spectra, orbits: np.ndarray) -> LatticeModes:
     """Return the modes of these orbits with loops of the signals themselves, from those in units of their sizes."""
     rows = spectra.rows
     dual = found.dual / rows.size[orbits, None]
@@ -172,7 +172,7 @@ def _in_units_of(found: Modes, spectra: Spectra, orbits: np.ndarray) -> Modes:
     return found._replace(dual=dual, offset=offset.sum(axis=2), drift=step.sum(axis=2))
 
 
-def adopt(table: NamedTuple, orbits: np.ndarray, found: NamedTuple) -> None:
+def store_rows(table: NamedTuple, orbits: np.ndarray, found: NamedTuple) -> None:
     """Fill in the results of these orbits, arrays (orbits, ...)."""
     for old, new in zip(table, found, strict=True):
         old[orbits] = new
@@ -183,11 +183,11 @@ def taken(table: Any, orbits: np.ndarray) -> Any:
     return type(table)(*(entry[orbits] for entry in table))
 
 
-def _no_modes(orbits: int, m: int) -> Modes:
+def _no_modes(orbits: int, m: int) -> LatticeModes:
     """Return empty modes."""
     zero = np.zeros((orbits, m))
     none = np.zeros((orbits, m), bool)
-    return Modes(
+    return LatticeModes(
         rank=np.zeros(orbits, np.int64),
         nu=zero.copy(),
         spread=np.full((orbits, m), np.inf),
@@ -206,15 +206,15 @@ def _no_modes(orbits: int, m: int) -> Modes:
     )
 
 
-def _no_lattice(orbits: int, m: int) -> Lattice:
+def _no_lattice(orbits: int, m: int) -> FrequencyLattice:
     """Return lattices without generators."""
     nu, spread = np.zeros((2, orbits, m))
-    return Lattice(np.zeros(orbits, np.int64), nu, spread, np.full((orbits, m), -1))
+    return FrequencyLattice(np.zeros(orbits, np.int64), nu, spread, np.full((orbits, m), -1))
 
 
 def prepared(
     signals: np.ndarray, n: int, threads: int, at_rest: float = AT_REST**2
-) -> tuple[np.ndarray, np.ndarray, Rows]:
+) -> tuple[np.ndarray, np.ndarray, SignalRows]:
     """Return the first n samples of the rows, the loops (orbits, m, n), and the properties of the rows; see
     `frequencies.kernels.fundamental.prepare`.
     """
@@ -228,10 +228,10 @@ def prepared(
     return x, loops, found
 
 
-def _rows(orbits: int, m: int) -> Rows:
+def _rows(orbits: int, m: int) -> SignalRows:
     """Return the arrays for the properties of rows."""
     drift, centre, size = np.empty((3, orbits, 2 * m))
-    return Rows(drift, centre, size, np.zeros((orbits, m), bool))
+    return SignalRows(drift, centre, size, np.zeros((orbits, m), bool))
 
 
 @tabulated
@@ -246,8 +246,10 @@ def _transforms(signals: Signals, m: int, threads: int) -> tuple[Spectra, Bands]
     size = band_sizes(n)
     orbits = n.size
     start, begin = (np.cumsum(m * count) - m * count for count in (n, SUMS * size))
-    spectra = Spectra(ROOMS.spectra.array(2 * m * int(n.sum())), start, n, _rows(orbits, m))
-    bands = Bands(ROOMS.bands.array(2 * m * SUMS * int(size.sum())), begin, size, np.empty((orbits, m, 2, 3), complex))
+    spectra = Spectra(BUFFERS.spectra.array(2 * m * int(n.sum())), start, n, _rows(orbits, m))
+    bands = Bands(
+        BUFFERS.bands.array(2 * m * SUMS * int(size.sum())), begin, size, np.empty((orbits, m, 2, 3), complex)
+    )
     arguments = signals.ragged, tables_for(_windows, n), AT_REST**2, spectra, bands
     run(loop_transforms.prepare_transforms, orbits, arguments, threads)
     spectra = spectra._replace(numbers=spectra.numbers.view(complex))
@@ -281,13 +283,13 @@ def _alike(numbers: np.ndarray, start: np.ndarray, size: np.ndarray, rows: int) 
             begin = end
 
 
-def _lattices(signals: Signals, spectra: Spectra, bands: Bands, threads: int) -> Modes:
+def _lattices(signals: Signals, spectra: Spectra, bands: Bands, threads: int) -> LatticeModes:
     """Return the modes of orbits by the lattices of the lines of their loops, without weak ones."""
     moving = spectra.rows.moving
     h = signals.interval
     orbits, m = moving.shape
-    lines = Lines(*np.zeros((3, orbits, m, LINES)))
-    found = Found(lines, _no_lattice(orbits, m), *np.zeros((3, orbits)))
+    lines = RankedLines(*np.zeros((3, orbits, m, LINES)))
+    found = FoundLattices(lines, _no_lattice(orbits, m), *np.zeros((3, orbits)))
     arguments = spectra, bands, APART_ORDER, LIMITS, tables_of(m), found
     run(line_lattice.find_lattice, orbits, arguments, threads)
     unit = (spectra.n * h)[:, None]
@@ -302,7 +304,7 @@ def _lattices(signals: Signals, spectra: Spectra, bands: Bands, threads: int) ->
     return result
 
 
-def _complete(found: Modes, signals: Signals, spectra: Spectra, threads: int) -> None:
+def _complete(found: LatticeModes, signals: Signals, spectra: Spectra, threads: int) -> None:
     """Add weak generators to the modes of orbits whose lattice is incomplete and whose lines are few.
 
     Combinations of the rows that have none of the generators' lines show what else moves, however weak it is beside
@@ -315,11 +317,13 @@ def _complete(found: Modes, signals: Signals, spectra: Spectra, threads: int) ->
             some = left[(found.rank[left] == before[left]) & (found.rank[left] < found.moving[left].sum(axis=1))]
             if some.size:
                 now = _with_weak(taken(found, some), signals, spectra, some, lines, threads)
-                adopt(found, some, now)
+                store_rows(found, some, now)
         left = left[found.rank[left] > before[left]]
 
 
-def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> Modes:
+def _with_weak(
+    found: LatticeModes, signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int, threads: int
+) -> LatticeModes:
     """Return the modes of some orbits with further generators among so many lines that are weak beside the known
     ones'.
     """
@@ -394,7 +398,7 @@ def _explained(
 
 
 def _weak_lines(
-    found: Modes,
+    found: LatticeModes,
     nu: np.ndarray,
     signals: Signals,
     spectra: Spectra,
@@ -440,7 +444,7 @@ def _weak_lines(
     return value, bar, strength
 
 
-def lines_of(f: np.ndarray, lines: int, threads: int) -> Lines:
+def lines_of(f: np.ndarray, lines: int, threads: int) -> RankedLines:
     """Return the strongest lines of signals f (signals, samples), complex: places in bins, signed, error bars and sizes
     (signals, lines).
     """
@@ -456,12 +460,12 @@ def lines_of(f: np.ndarray, lines: int, threads: int) -> Lines:
     place, strength, bar = found
     arguments = *transforms, edges, APART_ORDER, place, strength, bar
     run(loop_lines.lines_of_values, count, arguments, threads)
-    return Lines(place, bar, strength)
+    return RankedLines(place, bar, strength)
 
 
 def _place(
-    result: Modes,
-    lattice: Lattice,
+    result: LatticeModes,
+    lattice: FrequencyLattice,
     made: dual_loops.Duals,
     top: np.ndarray,
     top_bar: np.ndarray,

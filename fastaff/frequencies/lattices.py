@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .fundamental import Loops, Modes, modes
+from .fundamental import LatticeModes, Loops, modes
 from .inverted_lines import PARTS
-from .loop_rates import Rates, line_frequencies
+from .loop_rates import LoopRates, line_frequencies
 from .signals import Signals
 from .verdicts import changing, close_lines, unexplained, unsettled
 
@@ -39,8 +39,8 @@ class Lattices(NamedTuple):
     aliased (orbits, 1): the cycles by which aliased lines may shift a frequency.
     """
 
-    found: Modes
-    rates: Rates
+    found: LatticeModes
+    rates: LoopRates
     vague: np.ndarray
     irregular: np.ndarray
     aliased: np.ndarray
@@ -63,7 +63,7 @@ def lattices_of(s: Signals, start: Signals | None, m: int, threads: int) -> Latt
     return Lattices(found, rates, vague, irregular, aliased)
 
 
-def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes, threads: int) -> Rates:
+def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: LatticeModes, threads: int) -> LoopRates:
     """Return the frequencies of the loops of modes; the error is inf where nothing moves."""
     rates = line_frequencies(s, start, loops, found.nu, threads)
     # With each loop beyond two there are more lines beside that of a generator.
@@ -75,14 +75,14 @@ def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes
     return rates._replace(error=np.where(found.moving, close * crowd * rates.error + rounded, np.inf))
 
 
-def _lattice_loops(s: Signals, found: Modes) -> Loops:
+def _lattice_loops(s: Signals, found: LatticeModes) -> Loops:
     """Return the loops of the modes."""
     c = np.zeros((*found.nu.shape, s.rows), complex)
     c[:, :, : found.dual.shape[2]] = found.dual
     return Loops(c, found.offset, found.drift)
 
 
-def drifted(rates: Rates) -> np.ndarray:
+def drifted(rates: LoopRates) -> np.ndarray:
     """Return the errors (orbits, loops) of frequencies that change by more than their windows explain."""
     off = np.abs(rates.halves - rates.nu[:, :, None])
     off -= rates.halves_error + ROUNDING * np.abs(rates.nu).max(axis=1)[:, None, None]

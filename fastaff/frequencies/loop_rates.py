@@ -27,7 +27,7 @@ HIGHER = 0.8
 """Share of the change with half the step that the correction for the step may be off."""
 
 
-class Rates(NamedTuple):
+class LoopRates(NamedTuple):
     """Frequencies (orbits, loops) with their errors without those of the scheme.
 
     halves, halves_error (orbits, loops, 2): values of the halves; step: their decrease when the step is halved, and
@@ -41,16 +41,16 @@ class Rates(NamedTuple):
     halves: np.ndarray
     halves_error: np.ndarray
 
-    def where(self, chosen: np.ndarray, other: Rates) -> Rates:
+    def where(self, chosen: np.ndarray, other: LoopRates) -> LoopRates:
         """Return these rates for the chosen entries, `other` for the rest."""
-        return Rates(
+        return LoopRates(
             *(np.where(chosen if a.ndim == 2 else chosen[:, :, None], a, b) for a, b in zip(self, other, strict=True))
         )
 
-    def combined(self, k: np.ndarray) -> Rates:
+    def combined(self, k: np.ndarray) -> LoopRates:
         """Return the rates of combinations k (orbits, loops, loops) of the loops."""
         size = np.abs(k)
-        return Rates(
+        return LoopRates(
             nu=combined(k, self.nu),
             error=combined(size, self.error),
             step=combined(k, self.step),
@@ -59,11 +59,11 @@ class Rates(NamedTuple):
             halves_error=np.stack([combined(size, half) for half in np.moveaxis(self.halves_error, 2, 0)], axis=2),
         )
 
-    def times(self, factor: np.ndarray) -> Rates:
+    def times(self, factor: np.ndarray) -> LoopRates:
         """Return the rates times factors (orbits, loops), with errors times their sizes."""
         size = np.abs(factor)
         each = factor[:, :, None]
-        return Rates(
+        return LoopRates(
             nu=self.nu * factor,
             error=self.error * size,
             step=self.step * factor,
@@ -72,20 +72,20 @@ class Rates(NamedTuple):
             halves_error=self.halves_error * np.abs(each),
         )
 
-    def of(self, loops: slice) -> Rates:
+    def of(self, loops: slice) -> LoopRates:
         """Return the rates of some loops."""
-        return Rates(*(entry[:, loops] for entry in self))
+        return LoopRates(*(entry[:, loops] for entry in self))
 
 
 def line_frequencies(
     s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int, rest: float = REST
-) -> Rates:
+) -> LoopRates:
     """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
     found = inverted(s, loops, nu, threads)
     time = s.time[:, None]
     # The halves too: the change in one window may be small by chance.
     change = np.zeros((*nu.shape, 3)) if start is None else changes(s, start, loops, nu, threads)
-    return Rates(
+    return LoopRates(
         found.nu,
         found.error + rest * damping(np.abs(found.nu) * time) / time,
         *_of_step(change),
@@ -102,7 +102,7 @@ def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, np.maximum(np.abs(change - change[:, :, :1]).max(axis=2), HIGHER * np.abs(first))
 
 
-def averages(s: Signals, start: Signals | None, loops: Loops, librations: int, threads: int) -> Rates:
+def averages(s: Signals, start: Signals | None, loops: Loops, librations: int, threads: int) -> LoopRates:
     """Return weighted averages of the rates of a body's own loops' arguments, those of librations first."""
     shape = loops.offset.shape
     rates = np.zeros((*shape, len(PARTS)))
@@ -128,7 +128,7 @@ def averages(s: Signals, start: Signals | None, loops: Loops, librations: int, t
     return found
 
 
-def of_parts(rates: np.ndarray, change: np.ndarray) -> Rates:
+def of_parts(rates: np.ndarray, change: np.ndarray) -> LoopRates:
     """Return frequencies from mean rates (orbits, loops, PARTS) and their decrease (orbits, loops, 1) when the step is
     halved.
     """
@@ -138,7 +138,7 @@ def of_parts(rates: np.ndarray, change: np.ndarray) -> Rates:
 
     error = spread(0, 3, 4)
     halves_error = np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
-    return Rates(
+    return LoopRates(
         rates[:, :, 0].copy(),
         np.where(np.isfinite(error), error, np.inf),
         *_of_step(change),

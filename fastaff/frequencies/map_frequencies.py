@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import fits, whole
 from ..core.status import Status
 from ..engine.threads import by_portions
@@ -20,11 +20,11 @@ from ..runs.launch import Report
 from ..runs.options import Problem
 from ..runs.requirements import check_given
 from .angle_lines import LineTable
-from .angle_loops import Layout, Plain
+from .angle_loops import Plain, SignalLayout
 from .frequencies import FrequencyKind, FrequencyMap
 from .inverted_lines import inverted_values
 from .plane_modes import driven, entangled
-from .rooms import Room
+from .rooms import ReusableBuffer
 from .running_turns import ROWS, running_means
 from .signals import signals_of
 from .tunes import EXACT, FALLBACK, LEAST, SHORT, TuneWork
@@ -76,7 +76,7 @@ def map_frequencies(
         raise ValueError(f"time must be at least {LEAST} iterates, got {time!r}")
     fits("time", len(z), turns if window is None else int(window))
     work = MapFrequencies(flow, z, turns, window, lines)
-    with keeping("frequency_map", work.result):
+    with partial_result_on_interrupt("frequency_map", work.result):
         work.run(problem.options.report)
     return work.result()
 
@@ -105,7 +105,7 @@ class MapFrequencies:
         self.turns = turns
         self.length = window or turns
         self.kept = window is not None
-        self.averages_alone, self.room = averages_alone, Room()
+        self.averages_alone, self.room = averages_alone, ReusableBuffer()
         n = len(z) // 2
         orbits = z.shape[1]
         self.names = flow.system.names
@@ -246,7 +246,7 @@ class MapFrequencies:
                     turned = np.pad(turned - np.rint(turned), ((0, 0), (1, 0)))
                     row = row[:, :1] + period * np.cumsum(turned, axis=1)
                 s[:, 2 * (r % n) + r // n] = row
-            table.adopt(orbits[own], Layout(Plain(self.names), n), signals_of(s, 1.0), 1.0)
+            table.adopt(orbits[own], SignalLayout(Plain(self.names), n), signals_of(s, 1.0), 1.0)
 
     def _sampled(self, ensemble: Ensemble, orbits: np.ndarray, found: _Window, least: float) -> None:
         """Fill in the tunes of oscillating planes, from samples, for orbits that end in the window or need lines; these

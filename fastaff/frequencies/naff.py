@@ -11,14 +11,14 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import an_array, positive, reporter, whole
 from ..engine.threads import checked_threads, together, works
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.launch import Report
 from .kernels.naff_fit import fit_lines, sums_of
-from .kernels.naff_lines import Window, workspace
+from .kernels.naff_lines import NaffWindow, workspace
 from .windows import tabulated
 
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
@@ -161,7 +161,7 @@ def naff(
         bars = (error / unit).reshape(full)
         return FrequencyLines(cycles, amplitude.reshape(full), bars, residual=residual.reshape(shape))
 
-    with keeping("naff", found):
+    with partial_result_on_interrupt("naff", found):
         if workers == 1:
             analyse(0, report)
         else:
@@ -173,7 +173,7 @@ def naff(
 class _Scratch:
     """Memory of one thread, kept over its chunks."""
 
-    def __init__(self, rows: int, window: Window, lines: int):
+    def __init__(self, rows: int, window: NaffWindow, lines: int):
         samples = window.weight.size
         self.transforms = np.empty((rows, samples), np.complex128)
         self.window = window
@@ -210,7 +210,7 @@ class _Scratch:
 
 
 @functools.partial(tabulated, most=8)
-def _window(samples: int, order: int) -> Window:
+def _window(samples: int, order: int) -> NaffWindow:
     """Tabulate the window of `order` over `samples`, its transform at whole bins, and the bounds of its tails."""
     times = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples
     weight = np.ones(samples)
@@ -229,7 +229,7 @@ def _window(samples: int, order: int) -> Window:
     power = np.sum(weight**2)
     # three standard deviations; 1.5 turns noise_floor into the root mean square of white noise
     noise = 3 * 1.5 * math.sqrt(np.sum((weight * times) ** 2) / (2 * power)) / curvature
-    return Window(
+    return NaffWindow(
         order=order,
         weight=weight,
         centre=np.exp(1j * np.pi * (k * (samples - 1) % (2 * samples)) / samples),

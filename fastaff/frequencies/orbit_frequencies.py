@@ -9,24 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import reporter, whole
 from ..core.status import Status
 from ..engine.threads import checked_threads
-from ..results.calls import takes
+from ..results.calls import coerces_arguments
 from ..results.progress import says_progress
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from ..runs.launch import Report
 from ..runs.requirements import checked_model
 from ..systems.models.contracts import Angles, Dynamics
-from .angle_loops import Layout, Plain, angles_of, suited
-from .found_frequencies import Found
+from .angle_loops import Plain, SignalLayout, angles_of, suited
+from .found_frequencies import FrequencyTable
 from .frequencies import FrequencyMap
 from .frequency_map import checked_angles
 from .fundamental import fastest, values
 from .kernels.loops import Loops
-from .readings import Samples, read
-from .rooms import ROOMS, Room
+from .readings import SampledOrbits, read
+from .rooms import BUFFERS, ReusableBuffer
 from .signals import Signals, signals_of
 from .windows import cosine_window
 
@@ -56,7 +56,7 @@ that of a line with three and a half samples a period.
 """
 
 
-@takes(angles=angles_of)
+@coerces_arguments(angles=angles_of)
 @says_progress
 def orbit_frequencies(
     samples: Given,
@@ -135,9 +135,9 @@ def orbit_frequencies(
             "dt must be given, the time between samples: these do not tell; for turn-by-turn data see tunes"
         )
     lines = None if lines is None else whole("lines", lines, 1)
-    layout = Layout(_angles(given, body, angles), given.shape[0] // 2)
+    layout = SignalLayout(_angles(given, body, angles), given.shape[0] // 2)
     work = _Work(given, layout, lines, checked_threads(threads), report)
-    with keeping("orbit_frequencies", work.result):
+    with partial_result_on_interrupt("orbit_frequencies", work.result):
         work.run()
     return work.result()
 
@@ -175,7 +175,7 @@ class _Work:
     def __init__(
         self,
         given: GivenOrbits,
-        layout: Layout,
+        layout: SignalLayout,
         lines: int | None,
         threads: int,
         report: Report | None,
@@ -184,8 +184,8 @@ class _Work:
         self.layout = layout
         self.threads = threads
         self.report = report
-        self.found = Found(layout, given.shape[1], lines)
-        self.interval, self.states = float(given.interval or 0.0), Room()
+        self.found = FrequencyTable(layout, given.shape[1], lines)
+        self.interval, self.states = float(given.interval or 0.0), ReusableBuffer()
         self.status = np.full(given.shape[1], int(Status.INTERRUPTED))
         self.read, self.t = np.zeros((2, given.shape[1]))
 
@@ -209,13 +209,13 @@ class _Work:
 
     def _adopt(self, orbits: np.ndarray, states: np.ndarray, length: int) -> np.ndarray:
         """Fill in the results from states (orbits, samples, 2n); return a mask of orbits with samples too far apart."""
-        signals = self.layout.signals(states, self.threads, ROOMS.signals)
+        signals = self.layout.signals(states, self.threads, BUFFERS.signals)
         fine = fastest(signals, 1.0, self.threads) <= COARSE
         kept = orbits[fine]
         own = signals_of(signals, self.interval).of(np.flatnonzero(fine))
         self.read[kept] = length * self.interval
         if kept.size:
-            reading = read(self.layout, Samples(own, None, 0), self.threads)
+            reading = read(self.layout, SampledOrbits(own, None, 0), self.threads)
             noise = self._noise(own)
             errors = {name: np.maximum(getattr(reading, name), noise) for name in ("error", "leading_error")}
             if self.found.lines is not None:  # before the orbits count as finished

@@ -9,13 +9,13 @@ import numpy as np
 
 from ..engine.jit import LANES
 from ..engine.threads import by_portions, own_threads
-from .angle_loops import Layout
+from .angle_loops import SignalLayout
 from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
-from .fundamental import BRIEF, Loops, Modes, adopt, run, taken
+from .fundamental import BRIEF, LatticeModes, Loops, run, store_rows, taken
 from .integer_lattice import box, combined
 from .kernels.relations import first_vectors
 from .lattices import ROUNDING, lattices_of
-from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts
+from .loop_rates import SAFETY, LoopRates, averages, line_frequencies, of_parts
 from .rotations import Winding, going_round, mean_turns
 from .signals import Signals
 from .verdicts import related, unresolved_relations
@@ -44,7 +44,7 @@ REACH = 12
 """Largest |k_i| that relates a body's own angles to the lattice of its librations' lines."""
 
 
-class Samples(NamedTuple):
+class SampledOrbits(NamedTuple):
     """Input for some orbits: signals of the run, and of its start with a finer step.
 
     order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0
@@ -55,9 +55,9 @@ class Samples(NamedTuple):
     start: Signals | None
     order: int
 
-    def of(self, orbits: slice | np.ndarray) -> Samples:
+    def of(self, orbits: slice | np.ndarray) -> SampledOrbits:
         """Return the samples of some of the orbits."""
-        return Samples(self.run.of(orbits), None if self.start is None else self.start.of(orbits), self.order)
+        return SampledOrbits(self.run.of(orbits), None if self.start is None else self.start.of(orbits), self.order)
 
 
 class Reading(NamedTuple):
@@ -82,7 +82,7 @@ class Reading(NamedTuple):
     irregular: np.ndarray
 
 
-def read(layout: Layout, samples: Samples, threads: int) -> Reading:
+def read(layout: SignalLayout, samples: SampledOrbits, threads: int) -> Reading:
     """Read the frequencies of sampled orbits. Threads have equal shares of the samples."""
     parts: dict[int, Reading] = {}
     work = COST * samples.run.rows * samples.run.samples
@@ -94,7 +94,7 @@ def read(layout: Layout, samples: Samples, threads: int) -> Reading:
     return Reading(*map(np.concatenate, zip(*(parts[begin] for begin in sorted(parts)), strict=True)))
 
 
-def _by_axis(layout: Layout, samples: Samples, threads: int) -> Reading:
+def _by_axis(layout: SignalLayout, samples: SampledOrbits, threads: int) -> Reading:
     """Read the frequencies of orbits, those apart that an axis drives, by the caller's thread but for its kernels."""
     if not layout.axis:
         return _read(layout, samples, layout.m, threads)
@@ -108,7 +108,7 @@ def _by_axis(layout: Layout, samples: Samples, threads: int) -> Reading:
     return Reading(*(np.concatenate(entries)[order] for entries in zip(*found, strict=True)))
 
 
-def _read(layout: Layout, samples: Samples, m: int, threads: int) -> Reading:
+def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) -> Reading:
     """Read the frequencies of orbits by the lattice of the lines of their first m loops."""
     s = samples.run
     start = samples.start
@@ -143,7 +143,7 @@ def _read(layout: Layout, samples: Samples, m: int, threads: int) -> Reading:
         else:
             librations = own.of(slice(0, m))
             chosen, combination = _own_angles(lattice, librations, found, layout.separate, time, threads)
-            chosen = Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
+            chosen = LoopRates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
             basis[:, range(m, n), range(m, n)] = 1
             turning = np.ones((len(time), 1), bool)
         leading[:, planar] = np.where(turning, planes.nu, leading[:, planar])
@@ -161,7 +161,7 @@ def _read(layout: Layout, samples: Samples, m: int, threads: int) -> Reading:
     return _with_scheme(chosen, samples, rank, leading, leading_error, basis, vague, irregular)
 
 
-def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: Rates) -> None:
+def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: LoopRates) -> None:
     """Set leading lines (orbits, m) and their errors from the frequencies where the integers are known and these are
     more accurate than bins.
     """
@@ -173,7 +173,7 @@ def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndar
 
 
 def _count_turns(
-    samples: Samples, periods: np.ndarray, found: Modes, rates: Rates, places: tuple, threads: int
+    samples: SampledOrbits, periods: np.ndarray, found: LatticeModes, rates: LoopRates, places: tuple, threads: int
 ) -> None:
     """Make the mean rates of winding coordinates their frequencies: a lattice of lines has them, or only a multiple,
     or is incomplete.
@@ -194,7 +194,7 @@ def _count_turns(
     placed = mine.placed
     for table, new in (leading, turns.nu), (leading_error, turns.error):
         table[wound] = np.where(placed, new, table[wound])
-    adopt(rates, wound, mine.rates)
+    store_rows(rates, wound, mine.rates)
     basis[wound] = mine.basis
     rank[wound] += mine.added
     # A rate that has no place may be a frequency of its own.
@@ -206,8 +206,8 @@ def _count_turns(
 
 
 def _with_scheme(
-    rates: Rates,
-    samples: Samples,
+    rates: LoopRates,
+    samples: SampledOrbits,
     rank: np.ndarray,
     leading: np.ndarray,
     leading_error: np.ndarray,
@@ -259,8 +259,8 @@ def _short_first(m: int) -> np.ndarray:
 
 
 def _own_angles(
-    lattice: Rates, own: Rates, found: Modes, separate: bool, time: np.ndarray, threads: int
-) -> tuple[Rates, np.ndarray]:
+    lattice: LoopRates, own: LoopRates, found: LatticeModes, separate: bool, time: np.ndarray, threads: int
+) -> tuple[LoopRates, np.ndarray]:
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
     lines' integers.
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import MOST, an_array, fits, numbers, positive, real, reporter, shown, texts, whole
 from ..core.status import Status, describe
 from ..engine.jit import LANES
@@ -261,7 +261,7 @@ def resonances(
             status=outcome.reshape(shape),
         )
 
-    with keeping("resonances", found):
+    with partial_result_on_interrupt("resonances", found):
         if status.size:
             arguments = (n, table, flat, spread, rank, basis)
             launch(relations, arguments, progress, float(progress.size), count, report)

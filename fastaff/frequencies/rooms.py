@@ -22,7 +22,7 @@ def in_lines(size: int) -> np.ndarray:
     return numbers[begin : begin + size]
 
 
-class Room:
+class ReusableBuffer:
     """Memory that one array after another uses."""
 
     def __init__(self):
@@ -38,13 +38,18 @@ class Room:
         return self._numbers[:size].reshape(shape)
 
 
-class Rooms(threading.local):
+class Buffers(threading.local):
     """Rooms of the calls of a thread: for signals of runs, those of their starts with a finer step, spectra and the
     sums of bands.
     """
 
     def __init__(self):
-        self.signals, self.starts, self.spectra, self.bands = Room(), Room(), Room(), Room()
+        self.signals, self.starts, self.spectra, self.bands = (
+            ReusableBuffer(),
+            ReusableBuffer(),
+            ReusableBuffer(),
+            ReusableBuffer(),
+        )
 
 
-ROOMS = Rooms()
+BUFFERS = Buffers()

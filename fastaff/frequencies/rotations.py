@@ -6,7 +6,7 @@ import numpy as np
 
 from .fundamental import BRIEF, run, tables_of
 from .kernels import fundamental as kernels
-from .loop_rates import Rates
+from .loop_rates import LoopRates
 from .mean_rates import PARTS, parts
 from .signals import Signals
 
@@ -60,14 +60,14 @@ class Winding:
     frequencies of their own, which got their mean rates; added (orbits,): of rates that no lattice had.
     """
 
-    def __init__(self, rates: Rates, basis: np.ndarray, known: np.ndarray):
+    def __init__(self, rates: LoopRates, basis: np.ndarray, known: np.ndarray):
         self.rates = rates
         self.basis = basis
         self.known = known
         self.placed = np.zeros(known.shape, bool)
         self.added = np.zeros(len(known), np.int64)
 
-    def wind(self, turns: Rates, going: np.ndarray, time: np.ndarray, threads: int) -> np.ndarray:
+    def wind(self, turns: LoopRates, going: np.ndarray, time: np.ndarray, threads: int) -> np.ndarray:
         """Make the mean rates of the coordinates that are `going` (orbits, n) round their frequencies; return a mask
         (orbits,) of orbits with a rate that their frequencies do not make.
         """
@@ -88,7 +88,7 @@ class Winding:
                 done[some, i] = True
         return strange
 
-    def _related(self, turns: Rates, i: int, going: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
+    def _related(self, turns: LoopRates, i: int, going: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the least multiples (orbits,) of the mean rates of coordinate i that are combinations of the known
         frequencies, 0 for none, and their integers (orbits, n).
         """
@@ -113,7 +113,7 @@ class Winding:
             multiple[own], integers[own] = factors[at[own]], k[own, at[own]]
         return multiple, integers
 
-    def _replace(self, turns: Rates, i: int, multiple: np.ndarray, k: np.ndarray, free: np.ndarray) -> np.ndarray:
+    def _replace(self, turns: LoopRates, i: int, multiple: np.ndarray, k: np.ndarray, free: np.ndarray) -> np.ndarray:
         """Make the mean rate of coordinate i, of which a multiple is k . nu, its frequency in the place of one that it
         makes with the others, of the `free` ones (orbits, n); return a mask (orbits,) of orbits of which the lattice is
         finer than the frequencies.
@@ -136,7 +136,7 @@ class Winding:
         self.basis[some] = np.rint(self.basis[some] @ inverse).astype(np.int64)
         return (multiple > 1) & ~fits
 
-    def _add(self, turns: Rates, i: int, orbits: np.ndarray) -> None:
+    def _add(self, turns: LoopRates, i: int, orbits: np.ndarray) -> None:
         """Add the mean rates of coordinate i to lattices that have a place left, if need be that of a coordinate which
         gets its frequency.
         """
@@ -155,7 +155,7 @@ class Winding:
         self.known[orbits, other] = self.known[orbits, i] = True
         self.added[orbits] += 1
 
-    def _show(self, turns: Rates, i: int, orbits: np.ndarray) -> None:
+    def _show(self, turns: LoopRates, i: int, orbits: np.ndarray) -> None:
         """Give a coordinate without a frequency of its own its mean rate, of which the lattice has a multiple."""
         new = np.zeros(self.known.shape, bool)
         new[orbits, i] = True
@@ -163,7 +163,7 @@ class Winding:
         self.placed[orbits, i] = True
         self.basis[orbits, i] = np.eye(self.known.shape[1], dtype=np.int64)[i]
 
-    def _put(self, turns: Rates, i: int, orbits: np.ndarray) -> None:
+    def _put(self, turns: LoopRates, i: int, orbits: np.ndarray) -> None:
         """Take the mean rates of coordinate i for frequencies that are less exact and not told from others."""
         new = np.zeros(self.known.shape, bool)
         new[orbits, i] = True

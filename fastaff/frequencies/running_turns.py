@@ -6,12 +6,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..engine.map_sums import Angles, angles_of, moments_of
+from ..engine.map_sums import AngleSumRows, angles_of, moments_of
 from ..engine.plane_loops import COLUMNS, MOMENTS, SPANS
 from ..engine.threads import by_portions
 from ..runs.flow import Ensemble, Flow
 from ..runs.map_sums import extended, summed
-from .turning import COST, PIECE, ROUNDING, SAFETY, Means, Turning, Window, unresolved, without_standing
+from .turning import (
+    COST,
+    PIECE,
+    ROUNDING,
+    SAFETY,
+    Means,
+    RotationAccumulator,
+    TurningWindow,
+    unresolved,
+    without_standing,
+)
 
 ROWS = 64
 """Numbers that are kept of an orbit, about, in sums."""
@@ -34,7 +44,7 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
     orbits = ensemble.z.shape[1]
     own = angles_of(flow.system.winding)
     planes = [*own.planes, *(n + r for r in own.planes)]
-    turning, window = Turning(ensemble.z[planes]), Window(0, steps, (0, steps))
+    turning, window = RotationAccumulator(ensemble.z[planes]), TurningWindow(0, steps, (0, steps))
     if planes:
         _learn(flow, ensemble, turning, window)
     run = extended(ensemble, _started(own, turning, ensemble.z[planes]))
@@ -70,7 +80,7 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
     return RunningMeans(Means(nu, error, halves), moving)
 
 
-def _learn(flow: Flow, ensemble: Ensemble, turning: Turning, window: Window) -> None:
+def _learn(flow: Flow, ensemble: Ensemble, turning: RotationAccumulator, window: TurningWindow) -> None:
     """Find centre, shape and reference of the planes of orbits by a run that does not change the ensemble."""
     own = moments_of(flow.system.winding)
     rows = np.zeros((own.end - own.size, ensemble.z.shape[1]))
@@ -87,7 +97,7 @@ def _learn(flow: Flow, ensemble: Ensemble, turning: Turning, window: Window) -> 
     turning.learn(run.status == 0, flow.threads)
 
 
-def _started(own: Angles, turning: Turning, points: np.ndarray) -> np.ndarray:
+def _started(own: AngleSumRows, turning: RotationAccumulator, points: np.ndarray) -> np.ndarray:
     """Return the rows of angles at the beginning, where the planes are at points (2 planes, orbits)."""
     rows = np.zeros((own.end - own.size, points.shape[1]))
     count = len(own.planes)

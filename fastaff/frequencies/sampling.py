@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..runs.flow import Flow
-from ..runs.trials import on_ladder
+from ..runs.trials import round_down_to_grid
 
 PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
@@ -27,7 +27,7 @@ def resolving(flow: Flow, rate: np.ndarray, time: float) -> Flow:
     long = rate * flow.step > LONGEST
     if not long.any():
         return flow
-    return replace(flow, step=np.where(long, on_ladder(LONGEST / np.where(long, rate, 1.0), time), flow.step))
+    return replace(flow, step=np.where(long, round_down_to_grid(LONGEST / np.where(long, rate, 1.0), time), flow.step))
 
 
 def sample_counts(need: np.ndarray, steps: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from ..runs.given_orbits import Given, gap, given_orbits, row_names, stays
 from .kernels import tunes as kernels
 from .plane_modes import entangled
 from .tunes import Tunes, tunes_of
-from .turning import PIECE, Means, Turning, Window, run_orbits, without_standing
+from .turning import PIECE, Means, RotationAccumulator, TurningWindow, run_orbits, without_standing
 
 FIRST = 32
 """Steps that only locate the loops; the windows are [32, 64), [64, 128), ..., each twice as long."""
@@ -28,12 +28,12 @@ PART = 8
 """The part of the window that these are, if that is more."""
 
 
-def window_of(step: int) -> Window:
+def window_of(step: int) -> TurningWindow:
     """Return the window that a step from sample number `step` to the next belongs to."""
     begin = 0 if step < FIRST else 1 << (step.bit_length() - 1)
     length = max(begin, FIRST)
     middle = length if length <= FRAME else max(FRAME, length // PART)
-    return Window(begin, length, (begin + (length - middle) // 2, middle))
+    return TurningWindow(begin, length, (begin + (length - middle) // 2, middle))
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class TuneAccumulator:
         self._coordinates = None if coordinates is None else row_names(coordinates)
         self._threads = threads
         checked_threads(threads)
-        self._known: _Known | None = None
+        self._known: _AccumulatedResults | None = None
 
     @classmethod
     def of(cls, state: TuneSums, *, threads: int | None = None) -> TuneAccumulator:
@@ -123,7 +123,7 @@ class TuneAccumulator:
         if not isinstance(state, TuneSums):
             raise TypeError(f"state must be a TuneSums, got {type(state).__name__}")
         found = cls(state.names, threads=threads)
-        found._known = _Known.of(state)
+        found._known = _AccumulatedResults.of(state)
         return found
 
     @property
@@ -153,7 +153,7 @@ class TuneAccumulator:
         z = given.read(0, orbits)
         threads = checked_threads(self._threads)
         if self._known is None:
-            known = _Known(given.names, z[:, :, 0])
+            known = _AccumulatedResults(given.names, z[:, :, 0])
         elif (rows, orbits) != self._known.last_shape:
             raise ValueError(
                 f"samples must have {self._known.last_shape[0]} rows of {self._known.last_shape[1]} orbits, as before, "
@@ -179,7 +179,7 @@ class TuneAccumulator:
         vague = entangled(np.where(np.isfinite(means.error), means.nu, np.nan), known.window)
         return tunes_of(names, means, np.zeros(known.nu.shape, np.int8), turns, known.window.copy(), status, vague)
 
-    def _pushed(self) -> _Known:
+    def _pushed(self) -> _AccumulatedResults:
         if self._known is None:
             raise ValueError("samples must be pushed first")
         return self._known
@@ -190,7 +190,7 @@ class TuneAccumulator:
         return f"TuneAccumulator: {self._known.last_shape[1]} orbits, {self.samples} turns"
 
 
-class _Known:
+class _AccumulatedResults:
     """The results of an accumulator so far, in arrays that one push changes."""
 
     def __init__(self, names: tuple[str, ...], first: np.ndarray):
@@ -198,7 +198,7 @@ class _Known:
         n = rows // 2
         self.names = names
         self.samples = 0
-        self.turning = Turning(first)
+        self.turning = RotationAccumulator(first)
         self.turns, self.window = np.zeros((2, orbits), np.int64)
         self.ended, self.still = np.zeros(orbits, bool), np.array([[-1], [0]]).repeat(orbits, axis=1)
         self.nu = np.zeros((n, orbits))
@@ -210,7 +210,7 @@ class _Known:
         """Rows and orbits."""
         return self.turning.last.shape[1], self.turning.last.shape[0]
 
-    def copy(self) -> _Known:
+    def copy(self) -> _AccumulatedResults:
         """Return a copy that a push may change."""
         return copy.deepcopy(self)
 
@@ -244,7 +244,7 @@ class _Known:
                 self._end(window, angles, lived, threads)
         self.samples += z.shape[2]
 
-    def _end(self, window: Window, angles: bool, lived: np.ndarray, threads: int) -> None:
+    def _end(self, window: TurningWindow, angles: bool, lived: np.ndarray, threads: int) -> None:
         """Keep the means of a complete window for the orbits that came to its end, and begin the next."""
         alive = lived > window.begin + window.length
         if angles:
@@ -275,7 +275,7 @@ class _Known:
         )
 
     @classmethod
-    def of(cls, state: TuneSums) -> _Known:
+    def of(cls, state: TuneSums) -> _AccumulatedResults:
         """Return the results in a state."""
         known = cls(state.names, np.array(state.last, np.float64))
         turning = known.turning

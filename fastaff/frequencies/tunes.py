@@ -8,7 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import reporter, whole
 from ..core.status import Status, describe
 from ..engine.plane_loops import COLUMNS
@@ -18,7 +18,7 @@ from ..results.result import Result, along
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from ..runs.launch import Report
 from .angle_lines import AngleLines, LineTable
-from .angle_loops import Layout, Plain
+from .angle_loops import Plain, SignalLayout
 from .frequencies import FrequencyKind
 from .integer_lattice import ball
 from .inverted_lines import inverted_values
@@ -33,8 +33,8 @@ from .turning import (
     SAFETY,
     STANDING,
     Means,
-    Turning,
-    Window,
+    RotationAccumulator,
+    TurningWindow,
     calm_change,
     from_whole,
     relations,
@@ -246,7 +246,7 @@ def tunes(
     given = given_orbits(samples, coordinates=coordinates, least=LEAST)
     lines = None if lines is None else whole("lines", lines, 1)
     work = TuneWork(given, checked_threads(threads), report, lines)
-    with keeping("tunes", work.result):
+    with partial_result_on_interrupt("tunes", work.result):
         work.run()
     return work.result()
 
@@ -354,13 +354,13 @@ class TuneWork:
         if self.lines is not None:
             self._lined(z, orbits, self.lines)
 
-    def _read(self, z: np.ndarray, length: int) -> tuple[Turning, Means, np.ndarray, np.ndarray]:
+    def _read(self, z: np.ndarray, length: int) -> tuple[RotationAccumulator, Means, np.ndarray, np.ndarray]:
         """Return the loops of z (2n, orbits, length + 1), their tunes, the methods of these, and a mask (orbits,) of
         orbits with a loop whose mean turn is not steady.
         """
         until = np.empty(z.shape[1], np.int64)
-        window = Window(0, length, (0, length))
-        turning = Turning(z[:, :, 0])
+        window = TurningWindow(0, length, (0, length))
+        turning = RotationAccumulator(z[:, :, 0])
         first = turning.last.copy()
         for angles in (False, True):
             for at in range(0, length, PIECE):
@@ -378,7 +378,7 @@ class TuneWork:
         return turning, means, method, rough
 
     def _with_modes(
-        self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, rough: np.ndarray
+        self, z: np.ndarray, turning: RotationAccumulator, means: Means, method: np.ndarray, rough: np.ndarray
     ) -> np.ndarray:
         """Replace the tunes of planes that show the same line, or whose loops pass through their centres (`rough`), by
         those of modes; return a mask (orbits,) of orbits with two tunes that are not told apart.
@@ -426,14 +426,16 @@ class TuneWork:
         """Fill in the lines of z (2n, orbits, samples)."""
         n = len(z) // 2
         portion = max(1, AT_ONCE // z.shape[2])
-        layout = Layout(Plain(self.given.angles), n)
+        layout = SignalLayout(Plain(self.given.angles), n)
         order = np.arange(2 * n).reshape(2, n).T.ravel()
         for begin in range(0, orbits.size, portion):
             part = orbits[begin : begin + portion]
             s = np.ascontiguousarray(z[order, begin : begin + portion].swapaxes(0, 1))
             table.adopt(part, layout, signals_of(s, 1.0), 0.0)
 
-    def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
+    def _with_lines(
+        self, z: np.ndarray, turning: RotationAccumulator, means: Means, method: np.ndarray, length: int
+    ) -> None:
         """Replace inaccurate averages by lines, where these are better."""
         n = len(means.nu)
         least = self.inexact if length <= SHORT else max(self.inexact, FALLBACK)
@@ -481,7 +483,7 @@ class TuneWork:
         return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, self.vague, lines)
 
 
-def _factors(z: np.ndarray, turning: Turning) -> np.ndarray:
+def _factors(z: np.ndarray, turning: RotationAccumulator) -> np.ndarray:
     """Return the powers of 2 (2n, orbits, 1) that bring those planes to amplitudes about 1 that seem at rest as the
     squares of their samples z (2n, orbits, samples) are no numbers.
     """

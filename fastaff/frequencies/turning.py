@@ -62,7 +62,7 @@ LOCKED = 12
 """Largest order of islands that are sought."""
 
 
-class Window(NamedTuple):
+class TurningWindow(NamedTuple):
     """Steps from sample to sample begin to begin + length, and the part (begin, length) of them whose moments set the
     frame of the next window.
     """
@@ -103,7 +103,7 @@ def run_orbits(kernel: object, orbits: int, arguments: tuple, threads: int) -> N
         launch(kernel, arguments, np.zeros(units), float(units), threads, None)  # type: ignore[arg-type]
 
 
-class Turning:
+class RotationAccumulator:
     """Sums over a window, of orbits that each have a centre, a shape and a reference of their own.
 
     Arrays, orbits first: last (orbits, 2n), the last sample; planes (orbits, n, 8) of
@@ -131,7 +131,15 @@ class Turning:
         self.weights = np.zeros(len(SPANS) + 1)
 
     def add(
-        self, chunk: np.ndarray, until: np.ndarray, at: int, window: Window, threads: int, *, angles: bool, frame: bool
+        self,
+        chunk: np.ndarray,
+        until: np.ndarray,
+        at: int,
+        window: TurningWindow,
+        threads: int,
+        *,
+        angles: bool,
+        frame: bool,
     ) -> None:
         """Add the steps from number `at` to the samples of chunk (2n, orbits, samples), until (orbits,) of each, all in
         the window: their angles, or the moments for its frame.

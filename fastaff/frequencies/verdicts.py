@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .frequencies import FrequencyKind
-from .fundamental import BRIEF, BROAD, LIMITS, Modes, run
+from .fundamental import BRIEF, BROAD, LIMITS, LatticeModes, run
 from .integer_lattice import ball, one_of_each
 from .kernels.relations import vanishing
 
 if TYPE_CHECKING:
-    from .loop_rates import Rates
+    from .loop_rates import LoopRates
 
 FEW_TURNS = 18
 """Turns from which independent frequencies are told: over 12 periods 2 of 57 lattices of turned wells are wrong, over
@@ -75,7 +75,7 @@ beat.
 """
 
 
-def unexplained(found: Modes, time: np.ndarray) -> np.ndarray:
+def unexplained(found: LatticeModes, time: np.ndarray) -> np.ndarray:
     """Return a mask of orbits over a time (orbits,) with lines that the frequencies may not explain."""
     rough = (found.moving & ~(found.leading_error * time[:, None] < EXACT)).any(axis=1)
     missing = found.rank < found.moving.sum(axis=1)
@@ -83,7 +83,7 @@ def unexplained(found: Modes, time: np.ndarray) -> np.ndarray:
     return (found.rank == 0) | (found.strange > LIMITS.visible) | incomplete
 
 
-def changing(rates: Rates, found: Modes, time: np.ndarray) -> np.ndarray:
+def changing(rates: LoopRates, found: LatticeModes, time: np.ndarray) -> np.ndarray:
     """Return a mask of orbits over a time (orbits,) whose frequencies change by more than steady lines can cause."""
     apart = np.abs(rates.halves - rates.nu[:, :, None]).max(axis=2)
     change = np.maximum(np.ptp(rates.halves, axis=2), apart) * time[:, None] / 2
@@ -97,7 +97,7 @@ def changing(rates: Rates, found: Modes, time: np.ndarray) -> np.ndarray:
     return (change > least) & (found.rest > ROUGH) & ~sharp.all(axis=1)
 
 
-def unsettled(rates: Rates, found: Modes, time: np.ndarray, threads: int) -> np.ndarray:
+def unsettled(rates: LoopRates, found: LatticeModes, time: np.ndarray, threads: int) -> np.ndarray:
     """Return a mask of orbits over a time (orbits,) with a frequency that is not sure, or a combination of frequencies
     that may be 0.
     """

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..engine.kernels.birkhoff import SHARPNESS
-from .kernels.fundamental import Tables
+from .kernels.fundamental import WindowTables
 
 WINDOW_ORDER = 3
 """p of the window (1 + cos)^p of sums over samples."""
@@ -37,13 +37,13 @@ def tabulated(make: Callable[..., Any], most: int = 2) -> Callable[..., Any]:
     return made
 
 
-def tables_for(make: Callable[[int], np.ndarray], counts: np.ndarray) -> Tables:
+def tables_for(make: Callable[[int], np.ndarray], counts: np.ndarray) -> WindowTables:
     """Return make(count), arrays, of the counts (orbits,)."""
     different, which = np.unique(counts, return_inverse=True)
     if different.size == 1:
-        return Tables(make(int(different[0])).reshape(-1), np.zeros(counts.size, np.int64))
+        return WindowTables(make(int(different[0])).reshape(-1), np.zeros(counts.size, np.int64))
     numbers, start = _joined(make, tuple(int(count) for count in different))
-    return Tables(numbers, start[which])
+    return WindowTables(numbers, start[which])
 
 
 @functools.lru_cache(maxsize=16)

@@ -19,7 +19,7 @@ from ..sections.poincare_map import poincare_map
 from ..systems.models.mechanics import System
 from ..systems.models.sections import Stroboscopic
 from ..tori.action_angles import action_angles
-from .wording import Wrong, option
+from .wording import OptionError, option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ class Run:
         return {**accuracy, "scheme": self.scheme_value(), "step": self.step, "threads": self.threads}
 
 
-class Orbits(NamedTuple):
+class AnalysedOrbits(NamedTuple):
     """Orbits to be analysed: those of a system that start at z0 (2n, orbits), with a section or None."""
 
     system: System
@@ -82,10 +82,10 @@ class Analysis(Protocol):
     def check(self, run: Run) -> None:
         """Refuse values that are wrong for any orbits."""
 
-    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
         """Return the options of the library's function; a trial with a few orbits settles those that were left open."""
 
-    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the result of orbits."""
 
 
@@ -107,12 +107,14 @@ class Poincare:
         if self.max_time is not None:
             positive("max_time", self.max_time)
 
-    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
         """Return crossings and max_time."""
         self.check(run)
         time = self.max_time
         if isinstance(few.section, Stroboscopic) and time is not None:
-            raise Wrong.of("{max_time} does not go with a section of constant t: its crossings are a period apart")
+            raise OptionError.of(
+                "{max_time} does not go with a section of constant t: its crossings are a period apart"
+            )
         if isinstance(few.section, Stroboscopic) or few.system.iterated:
             return {"crossings": self.crossings}
         if time is None:
@@ -122,11 +124,11 @@ class Poincare:
             time = enough_time(pace, few.section, self.crossings)
         return {"crossings": self.crossings, "max_time": float(time)}
 
-    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the SectionMap of orbits."""
         if isinstance(orbits.section, Stroboscopic) or orbits.system.iterated:  # these need no time
-            settled = {"crossings": settled["crossings"]}
-        how = {**settled, **run.build(orbits.system)}
+            resolve_defaults = {"crossings": resolve_defaults["crossings"]}
+        how = {**resolve_defaults, **run.build(orbits.system)}
         return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **how)
 
 
@@ -146,16 +148,16 @@ class Frequencies:
         """Refuse values that are wrong for any orbits."""
         _one_time(self.time, self.periods)
 
-    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
         """Return the time."""
         self.check(run)
         if self.periods is None:
             return {"time": 1000.0 if self.time is None else float(self.time)}
         return {"time": self.periods * median_return(few, run.build())}
 
-    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the FrequencyMap of orbits."""
-        return frequency_map(orbits.body, orbits.z0, report=report, **settled, **run.build(orbits.system))
+        return frequency_map(orbits.body, orbits.z0, report=report, **resolve_defaults, **run.build(orbits.system))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,9 +202,9 @@ class Chaos:
         self.values()
         _one_time(self.time, self.periods)
         if run.accuracy is not None:
-            raise Wrong.of("{accuracy} does not belong to chaos maps, which take {step} or choose one")
+            raise OptionError.of("{accuracy} does not belong to chaos maps, which take {step} or choose one")
 
-    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
         """Return the time."""
         self.check(run)
         number = self.returns()
@@ -211,10 +213,10 @@ class Chaos:
         # Step control gets through steep walls.
         return {"time": number * median_return(few, {"scheme": VERNER9, "threads": run.threads})}
 
-    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the ChaosMap of orbits."""
         how: dict[str, Any] = {"indicators": self.values(), "early_stop": self.early_stop}
-        return chaos_map(orbits.body, orbits.z0, report=report, **how, **settled, **run.build(orbits.system))
+        return chaos_map(orbits.body, orbits.z0, report=report, **how, **resolve_defaults, **run.build(orbits.system))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,11 +229,11 @@ class Actions:
     def check(self, run: Run) -> None:
         """Refuse nothing: there are no options."""
 
-    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
         """Return nothing: nothing is left open."""
         return {}
 
-    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the ActionAngles of orbits."""
         return action_angles(orbits.body, orbits.z0, threads=run.threads, report=report)
 
@@ -253,14 +255,14 @@ class Motion:
         nonnegative("time", self.time)
         whole("samples", self.samples, 0)
 
-    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
         """Return time and samples."""
         self.check(run)
         return {"time": float(self.time), "samples": self.samples}
 
-    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the Orbits."""
-        return integrate(orbits.body, orbits.z0, report=report, **settled, **run.build(orbits.system))
+        return integrate(orbits.body, orbits.z0, report=report, **resolve_defaults, **run.build(orbits.system))
 
 
 ANALYSES: dict[str, type[Any]] = {
@@ -292,25 +294,25 @@ def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
     """Return four times the time that the median orbit needs for the crossings."""
     if np.isnan(pace).all():
         text = "no orbit of a trial crosses {section!r}; give {max_time}, or another section or direction"
-        raise Wrong.of(text, section=section)
+        raise OptionError.of(text, section=section)
     return float(4.0 * np.nanmedian(pace) * (crossings + 4))
 
 
-def median_return(few: Orbits, choices: dict[str, Any]) -> float:
+def median_return(few: AnalysedOrbits, choices: dict[str, Any]) -> float:
     """Return the median time of return to the section."""
     if few.section is None and not few.system.iterated:
-        raise Wrong.of("{periods} needs a section; give {time}")
+        raise OptionError.of("{periods} needs a section; give {time}")
     pace = return_times(*few, choices)
     if np.isnan(pace).all():
         text = "no orbit of a trial returns to {section!r}; give {time}, or another section or direction"
-        raise Wrong.of(text, section=few.section)
+        raise OptionError.of(text, section=few.section)
     return float(np.nanmedian(pace))
 
 
 def _one_time(time: float | None, periods: float | None) -> None:
     """Refuse a time and periods together, and values that are not positive."""
     if time is not None and periods is not None:
-        raise Wrong.of("give {time} or {periods}, not both")
+        raise OptionError.of("give {time} or {periods}, not both")
     for name, value in (("time", time), ("periods", periods)):
         if value is not None:
             positive(name, value)

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from ..systems.formulas.number import number
-from .wording import Wrong, option
+from .wording import OptionError, option
 
 
 def flags_of_axes(found: re.Match[str]) -> str:
@@ -25,7 +25,7 @@ def range_of(option: str, text: str | None) -> tuple[float, float] | None:
         if not (colon and ends[0] < ends[1]):
             raise ValueError
     except ValueError:
-        raise Wrong(f"{option} must be LOW:HIGH with LOW < HIGH, for example 0.1:1.2, got {text!r}") from None
+        raise OptionError(f"{option} must be LOW:HIGH with LOW < HIGH, for example 0.1:1.2, got {text!r}") from None
     return ends
 
 
@@ -38,7 +38,7 @@ def axis_of(name: str, text: str) -> np.ndarray:
         if cells < 1:
             raise ValueError
     except ValueError:
-        raise Wrong(
+        raise OptionError(
             f"{option('axes')} {name} must be LOW:HIGH:N with LOW < HIGH and N at least 1, for example {name}=-1:1:40, "
             f"got {text!r}"
         ) from None
@@ -54,7 +54,7 @@ def cells_of(text: str) -> tuple[int, int]:
         if n1 < 1 or n2 < 1:
             raise ValueError
     except ValueError:
-        raise Wrong.of(
+        raise OptionError.of(
             "{grid} must be N1xN2, whole numbers of at least 1 such as 40x40, got {text!r}", text=text
         ) from None
     return n1, n2

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.interruption import recognized
+from ..core.interruption import reraise_interrupt
 from ..core.numbers import MOST, fits, shown
-from .wording import Wrong
+from .wording import OptionError
 
 ITEMS = ("orbit", "case")
 """Names of the axis that is cut into units."""
@@ -56,33 +56,33 @@ def checked_root(path: Path, facts: dict[str, Any]) -> None:
     """Refuse a store whose root has another record than this package writes."""
     for name, kind in ENTRIES.items():
         if not isinstance(facts.get(name), kind) or (kind is int and isinstance(facts[name], bool)):
-            raise Wrong(f"{path} is damaged: its root does not tell {name}")
+            raise OptionError(f"{path} is damaged: its root does not tell {name}")
     orbits = facts["orbits"]
     unit = facts["unit"]
     if not 1 <= unit <= orbits <= MOST:
-        raise Wrong(f"{path} is damaged: it has units of {unit} of {orbits} orbits")
+        raise OptionError(f"{path} is damaged: it has units of {unit} of {orbits} orbits")
     fits(f"{path}", orbits)
     for name in (*facts["contents"], *facts["settled"]):
         if not re.fullmatch(r"[A-Za-z_]\w*", name) or not (path / name).is_dir():
-            raise Wrong(f"{path} is damaged: it has no {name!r}")
+            raise OptionError(f"{path} is damaged: it has no {name!r}")
     if facts["contents"].keys() != facts["settled"].keys() or "launch" in facts["contents"]:
-        raise Wrong(f"{path} is damaged: what was settled is of other analyses than its results")
+        raise OptionError(f"{path} is damaged: what was settled is of other analyses than its results")
     for name, content in facts["contents"].items():
         if not isinstance(content, dict) or not isinstance(content.get("fields"), dict) or "result" not in content:
-            raise Wrong(f"{path} is damaged: what it tells of {name} is no result")
+            raise OptionError(f"{path} is damaged: what it tells of {name} is no result")
     for name, table in facts["settled"].items():
         if not isinstance(table, dict) or not all(isinstance(value, (int, float)) for value in table.values()):
-            raise Wrong(f"{path} is damaged: what was settled of {name} is {shown(table)}")
+            raise OptionError(f"{path} is damaged: what was settled of {name} is {shown(table)}")
     for again in facts["reruns"]:
         if not isinstance(again, dict) or not all(isinstance(again.get(key), kind) for key, kind in RERUN.items()):
-            raise Wrong(f"{path} is damaged: it tells of a rerun {shown(again)}")
+            raise OptionError(f"{path} is damaged: it tells of a rerun {shown(again)}")
         if not set(map(str, again["analyses"])) <= facts["contents"].keys():
-            raise Wrong(f"{path} is damaged: it tells of a rerun of {shown(again['analyses'])}")
+            raise OptionError(f"{path} is damaged: it tells of a rerun of {shown(again['analyses'])}")
     sealed = facts.get(SEALED)
     if sealed is None and facts["format"] == UNSEALED:
         return
     if not isinstance(sealed, list) or not all(isinstance(name, str) for name in sealed):
-        raise Wrong(f"{path} is damaged: its root does not tell {SEALED}")
+        raise OptionError(f"{path} is damaged: its root does not tell {SEALED}")
 
 
 def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
@@ -94,7 +94,7 @@ def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
             _plain(path, entry)
     for name, kind in LAUNCH.items():
         if root[f"launch/{name}"].dtype != kind:
-            raise Wrong(f"{path} is damaged: launch/{name} is no array of {kind}")
+            raise OptionError(f"{path} is damaged: launch/{name} is no array of {kind}")
     for group in ("launch", *facts["contents"]):
         for name in sorted(entry.name for entry in (path / group).iterdir() if entry.is_dir()):
             array = root[f"{group}/{name}"]
@@ -114,14 +114,14 @@ def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
                 fits(f"{path}: {where}", *shape, itemsize=array.dtype.itemsize or 1)
             fits(f"{path}: {where}", *array.chunks, itemsize=array.dtype.itemsize or 1)
             if array.chunks != pieces or (cut and shape[-1] != facts["orbits"]):
-                raise Wrong(f"{path} is damaged: {where} has the shape {shape} in pieces of {array.chunks}")
+                raise OptionError(f"{path} is damaged: {where} has the shape {shape} in pieces of {array.chunks}")
 
     if SEALED in facts:
         units = -(-facts["orbits"] // facts["unit"])
         seals = root[f"launch/{SEALS}"]
         arrays = {name for name, _ in sealed_arrays(root, facts)}
         if (seals.shape, seals.dtype) != ((len(facts[SEALED]), units), np.uint64) or arrays != set(facts[SEALED]):
-            raise Wrong(f"{path} is damaged: launch/{SEALS} has no seals of its arrays")
+            raise OptionError(f"{path} is damaged: launch/{SEALS} has no seals of its arrays")
 
 
 def _plain(path: Path, entry: Path) -> None:
@@ -132,9 +132,11 @@ def _plain(path: Path, entry: Path) -> None:
     except FileNotFoundError:
         return
     if stat.S_ISLNK(mode):
-        raise Wrong(f"{path} has a link, {entry.relative_to(path)}, which no store of fastaff has: not read")
+        raise OptionError(f"{path} has a link, {entry.relative_to(path)}, which no store of fastaff has: not read")
     if not (stat.S_ISDIR(mode) or stat.S_ISREG(mode)):
-        raise Wrong(f"{path} has a pipe or device, {entry.relative_to(path)}, which no store of fastaff has: not read")
+        raise OptionError(
+            f"{path} has a pipe or device, {entry.relative_to(path)}, which no store of fastaff has: not read"
+        )
 
 
 def sealed_arrays(root: Hierarchy, facts: dict[str, Any]) -> Iterator[tuple[str, Numbers]]:
@@ -212,15 +214,15 @@ class Seals:
 
 
 @contextmanager
-def sound(where: str, *passed: type[Exception]) -> Iterator[None]:
-    """Turn all errors of a damaged or forged store within the block into `Wrong`, but for those in `passed`."""
+def reported_as_damage(where: str, *passed: type[Exception]) -> Iterator[None]:
+    """Turn all errors of a damaged or forged store within the block into `OptionError`, but for those in `passed`."""
     try:
-        with recognized():
+        with reraise_interrupt():
             yield
     except passed:
         raise
     except Exception as problem:
-        raise Wrong(f"{where}: {problem}") from None
+        raise OptionError(f"{where}: {problem}") from None
 
 
 class Numbers:
@@ -238,17 +240,17 @@ class Numbers:
 
     def __setitem__(self, key: Any, value: Any) -> None:
         value = one_nan(value)
-        with recognized():
+        with reraise_interrupt():
             self._array[key] = value
 
     def __getitem__(self, key: Any) -> Any:
-        with sound(f"{self._path} is damaged in {self._name}", OSError, Wrong):
+        with reported_as_damage(f"{self._path} is damaged in {self._name}", OSError, OptionError):
             if has_items(self._array):
                 return self._of_units(key)
             if self._name == f"launch/{SEALS}":
                 self._is_file(key[-1])
             elif self.lacks([0]):  # a missing chunk would be read as fill values
-                raise Wrong(f"{self._path} is damaged: {self._name} is not there")
+                raise OptionError(f"{self._path} is damaged: {self._name} is not there")
             return self._array[key]
 
     def _of_units(self, key: Any) -> Any:
@@ -294,7 +296,7 @@ class Numbers:
         for number in numbers:
             part = whole[..., number * size - low : (number + 1) * size - low]
             if self._seals is not None and not self._seals.fits(self._name, number, part):
-                raise Wrong(
+                raise OptionError(
                     f"{self._path} is damaged: {self._name} of unit {number} is not what was written there; was its "
                     "file exchanged?"
                 )
@@ -341,10 +343,10 @@ class Hierarchy:
         if name not in self._known:
             inner = f"{self._prefix}{name}"
             try:
-                with sound(f"{self._path} is damaged in {inner}", KeyError):
+                with reported_as_damage(f"{self._path} is damaged in {inner}", KeyError):
                     found = self._root[name]
             except KeyError:
-                raise Wrong(f"{self._path} is damaged: it has no {inner}") from None
+                raise OptionError(f"{self._path} is damaged: it has no {inner}") from None
             if hasattr(found, "chunks"):
                 self._known[name] = Numbers(self._path, inner, found, self._seals)
             else:
@@ -357,7 +359,7 @@ class Hierarchy:
 
     def arrays(self) -> Iterator[tuple[str, Numbers]]:
         """Yield names and arrays of a group."""
-        with sound(f"{self._path} is damaged in {self._prefix}"):
+        with reported_as_damage(f"{self._path} is damaged in {self._prefix}"):
             names = sorted(self._root.array_keys())
         for name in names:
             yield name, self[name]

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..core.numbers import shown
 from .store import Store, is_store
-from .wording import Wrong
+from .wording import OptionError
 
 
 def as_path(store: Any) -> Path:
@@ -26,7 +26,7 @@ def as_path(store: Any) -> Path:
 
 
 @contextlib.contextmanager
-def alone(path: Path) -> Iterator[None]:
+def exclusive_lock(path: Path) -> Iterator[None]:
     """Hold a store for this process; refuse one that another process holds."""
     if not is_store(path):
         Store(path)  # raises the error
@@ -40,11 +40,11 @@ def alone(path: Path) -> Iterator[None]:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise Wrong(f"{path} is being written by another process; wait for it or stop it") from None
+            raise OptionError(f"{path} is being written by another process; wait for it or stop it") from None
         except OSError:  # a file system without locks
             pass
         if os.stat(path).st_ino != os.fstat(handle).st_ino:
-            raise Wrong(f"{path} was replaced by another process in this moment")
+            raise OptionError(f"{path} was replaced by another process in this moment")
         yield
     finally:
         os.close(handle)

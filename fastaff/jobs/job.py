@@ -19,14 +19,14 @@ from ..runs.requirements import check_given, checked_system, current_system, pha
 from ..runs.starts import ordered, orders_of, starts_of
 from ..systems.formulas.number import number
 from ..systems.models.mechanics import System
-from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
+from .analyses import ANALYSES, TRIAL, Actions, AnalysedOrbits, Analysis, Chaos, Frequencies, Motion, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
 from .system import Model, Surface, described
-from .wording import Wrong, option, respelled, spelled
+from .wording import OptionError, option, respelled, spelled
 
 
-class Plan(NamedTuple):
+class JobPlan(NamedTuple):
     """The plan of a job: a system, a section or None, the launch set, and analyses by name."""
 
     system: System
@@ -44,9 +44,9 @@ class Plan(NamedTuple):
         """Names of the rows of a point: coordinates, or the parameters of a scan."""
         return getattr(self.launch, "names", None) or self.system.row_names
 
-    def few(self) -> Orbits:
+    def few(self) -> AnalysedOrbits:
         """Return orbits for a trial, spread over the launch set."""
-        return Orbits(self.system, self.section, some(self.launch, TRIAL))
+        return AnalysedOrbits(self.system, self.section, some(self.launch, TRIAL))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +135,7 @@ class Job:
         """Return the system of the model."""
         return current_system(self.model.build() if isinstance(self.model, Model) else self.model)
 
-    def plan(self) -> Plan:
+    def plan(self) -> JobPlan:
         """Return system, section, launch set and analyses; raises ValueError or TypeError for parts that do not fit."""
         system = self._system()
         if system.iterated:
@@ -148,38 +148,38 @@ class Job:
             section = self.surface.build(system)
             launch = self.starts.launch(system, section, self.surface, "40x40")
             needed |= not self.starts.by_name or (self.chaos_map is not None and self.chaos_map.time is None)
-            return Plan(system, section if needed else None, launch, self.analyses())
+            return JobPlan(system, section if needed else None, launch, self.analyses())
         z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
         if system.driven and z0.shape[0] == 2 * system.moving and z0.size:
             z0 = phase_points("starts", z0, system)  # at t = 0
         if z0.shape[0] != system.rows or not z0.shape[1]:
             raise ValueError(f"starts must be phase points ({system.rows}, orbits), got {z0.shape}")
         section = self.surface.section_of(system) if needed else None
-        return Plan(system, section, Points(z0), self.analyses())
+        return JobPlan(system, section, Points(z0), self.analyses())
 
     def _check_map(self, system: System) -> None:
         """Refuse options that a map does not have."""
         run = {option(name): getattr(self.run, name) for name in ("scheme", "step", "accuracy")}
         check_given(system, "a time", "a map is iterated as it is", **run)
         if self.scan is not None:
-            raise Wrong.of("{scan} takes random starts of a section, which a map does not have")
+            raise OptionError.of("{scan} takes random starts of a section, which a map does not have")
         if self.poincare is not None:
             late = {option("max_time"): self.poincare.max_time}
             check_given(system, "a time", "the crossings of a map are its iterates", **late)
 
-    def _scan(self, system: System, scan: Scan) -> Plan:
+    def _scan(self, system: System, scan: Scan) -> JobPlan:
         """Return the plan of a scan."""
         if isinstance(self.starts, Starts) and self.starts.by_name:
             text = "{scan} takes random starts of a section ({orbits}), not {axes}, {at_rest} or {microcanonical}"
-            raise Wrong.of(text)
+            raise OptionError.of(text)
         if not isinstance(self.starts, Starts) or self.starts.grid is not None or self.starts.file is not None:
             share = "the share of random points is that of the section's area"
-            raise Wrong.of("{scan} takes random starts ({orbits}), not {grid}: {share}", share=share)
+            raise OptionError.of("{scan} takes random starts ({orbits}), not {grid}: {share}", share=share)
         if None in self.starts.ranges() and any(self.starts.ranges()):
-            raise Wrong.of("with {scan} give both of {range1} and {range2}, or none")
+            raise OptionError.of("with {scan} give both of {range1} and {range2}, or none")
         cases = Cases(scan.parsed(system))
         work = ScanOfChaos(cases, self.surface, self.starts, self.chaos_map or Chaos())
-        return Plan(system, self.surface.section_of(system), cases, {"chaotic_fraction": work})
+        return JobPlan(system, self.surface.section_of(system), cases, {"chaotic_fraction": work})
 
     def tables(self) -> dict[str, Any]:
         """Return the job as tables of plain values: the fields that differ from their defaults."""
@@ -217,11 +217,11 @@ class Job:
             try:
                 return cls(**{**_parsed(text, own), **own})
             except tomllib.TOMLDecodeError as problem:
-                raise Wrong(f"{name} is no TOML: {in_one_line(str(problem))}") from None
+                raise OptionError(f"{name} is no TOML: {in_one_line(str(problem))}") from None
             except RecursionError:
-                raise Wrong(f"{name} has tables or lists within one another, too many to read") from None
+                raise OptionError(f"{name} has tables or lists within one another, too many to read") from None
             except (ValueError, TypeError) as problem:
-                kind = TypeError if isinstance(problem, TypeError) else Wrong
+                kind = TypeError if isinstance(problem, TypeError) else OptionError
                 raise kind(f"{name}: {in_one_line(respelled(str(problem), OPTIONS))}") from None
 
     @classmethod
@@ -233,7 +233,7 @@ class Job:
         try:
             text = text_of(path, "job")
         except UnicodeDecodeError as problem:
-            raise Wrong(f"{path} is no text: {problem}") from None
+            raise OptionError(f"{path} is no text: {problem}") from None
         except FileNotFoundError:
             raise FileNotFoundError(f"{path} does not exist") from None
         return cls.parsed(text, str(path), **own)
@@ -310,12 +310,12 @@ def _parsed(text: str, own: dict[str, Any]) -> dict[str, Any]:
         if kind is None:
             homes = [f"[{table}] {name}" for table, other in TABLES.items() if name in _hints(other)]
             if homes and not isinstance(value, dict):
-                raise Wrong(f"a key stands above its table: {' or '.join(homes)}")
-            raise Wrong(f"[{name}] is no table of a job{_near(name, [*TABLES, 'unit'])}")
+                raise OptionError(f"a key stands above its table: {' or '.join(homes)}")
+            raise OptionError(f"[{name}] is no table of a job{_near(name, [*TABLES, 'unit'])}")
         if not isinstance(value, dict):
             raise TypeError(f"{name} must be a table, [{name}] with keys below it, got {shown(value)}")
         if "value" in value and name in ("model", "starts"):
-            raise Wrong(f"[{name}] is one of your own, {value['value']}, that no text describes: give {name}=...")
+            raise OptionError(f"[{name}] is one of your own, {value['value']}, that no text describes: give {name}=...")
         found[name] = _table(name, value)
     return found
 
@@ -325,13 +325,13 @@ def _table(name: str, value: dict[str, Any]) -> Any:
     hints = _hints(TABLES[name])
     for key in value:
         if key not in hints:
-            raise Wrong(f"[{name}] has no key {key}{_near(key, list(hints))}")
+            raise OptionError(f"[{name}] has no key {key}{_near(key, list(hints))}")
     try:
         return TABLES[name](**{key: _taken(option(key, name), entry, hints[key]) for key, entry in value.items()})
     except TypeError as problem:
         if "missing" in str(problem):
             absent = str(problem).rpartition(": ")[2]
-            raise Wrong(f"[{name}] needs {absent}") from None
+            raise OptionError(f"[{name}] needs {absent}") from None
         raise
 
 

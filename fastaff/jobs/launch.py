@@ -31,7 +31,7 @@ from ..systems.formulas.number import number
 from ..systems.models.mechanics import System
 from .flags import axis_of, cells_of, flags_of_axes, range_of
 from .system import Surface
-from .wording import Wrong, option, respelled
+from .wording import OptionError, option, respelled
 
 TRIED = 16
 """Blocks that orbits for a trial are taken from."""
@@ -74,7 +74,7 @@ class Starts:
         """Return the phase points of the file, which stay on disk."""
         others = [name for name in ("grid", "orbits", "range1", "range2", *BY_NAME) if getattr(self, name)]
         if others:
-            raise Wrong(f"give {option('file')} or {option(others[0])}, not both")
+            raise OptionError(f"give {option('file')} or {option(others[0])}, not both")
         checked_file(str(self.file), option("file"))
         try:
             with open(str(self.file), "rb") as file:
@@ -82,21 +82,21 @@ class Starts:
                     raise ValueError("it does not begin as such a file does")
             array = np.load(str(self.file), mmap_mode="r", allow_pickle=False)
         except (ValueError, EOFError) as problem:
-            raise Wrong(f"{option('file')} {self.file} must be an .npy file of numbers: {problem}") from None
+            raise OptionError(f"{option('file')} {self.file} must be an .npy file of numbers: {problem}") from None
         if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype.kind not in "iuf":
-            raise Wrong(f"{option('file')} {self.file} must have one array of real numbers (2n, orbits)")
+            raise OptionError(f"{option('file')} {self.file} must have one array of real numbers (2n, orbits)")
         return array
 
     def launch(self, system: System, section: Any, surface: Surface, default: str) -> Launch:
         """Return the launch set of this table, on a grid of `default` cells unless it names another."""
         if self.grid is not None and self.orbits is not None:
-            raise Wrong.of("give {grid} or {orbits}, not both")
+            raise OptionError.of("give {grid} or {orbits}, not both")
         if self.orbits is not None and self.orbits < 1:
-            raise Wrong(f"{option('orbits')} must be at least 1, got {self.orbits}")
+            raise OptionError(f"{option('orbits')} must be at least 1, got {self.orbits}")
         if self.orbits is not None:
             fits(option("orbits"), self.orbits, itemsize=1)
         if self.seed < 0:
-            raise Wrong(f"{option('seed')} must be at least 0, got {self.seed}")
+            raise OptionError(f"{option('seed')} must be at least 0, got {self.seed}")
         if self.by_name or section is None or not system.conserves or not on_section(system, section):
             return self._by_name(system, section, surface)
         cells = cells_of(self.grid or default)
@@ -113,7 +113,7 @@ class Starts:
             if None in ranges:
                 both = f"{option('range1')} and {option('range2')}"
                 dicts = r"the ranges of the axes|ranges of the \w+, axes=\{.*\}"
-                raise Wrong(re.sub(dicts, both, str(problem))) from None
+                raise OptionError(re.sub(dicts, both, str(problem))) from None
         if self.orbits is not None:
             boxes = ranges_to_draw(where, ranges if any(given) else None)
             return RandomPoints(OnSection(where, boxes), self.orbits, self.seed, edge)
@@ -130,16 +130,16 @@ class Starts:
         """Return the launch set of any number of degrees of freedom."""
         for name in ("range1", "range2", "grid"):
             if getattr(self, name) is not None:
-                raise Wrong.of(
+                raise OptionError.of(
                     "{it} is of the two coordinates of a section of a body or of a system of two coordinates; "
                     "elsewhere give {axes} NAME=LOW:HIGH:N",
                     it=option(name),
                 )
         if self.microcanonical and (self.at_rest or self.solve is not None):
             other = option("at_rest" if self.at_rest else "solve")
-            raise Wrong(f"give {option('microcanonical')} or {other}, not both")
+            raise OptionError(f"give {option('microcanonical')} or {other}, not both")
         if self.microcanonical and self.orbits is None:
-            raise Wrong.of("{microcanonical} needs {orbits}, how many are drawn")
+            raise OptionError.of("{microcanonical} needs {orbits}, how many are drawn")
         free = not system.conserves
         here = None if free or self.microcanonical or self.at_rest or self.solve is not None else section
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
@@ -153,14 +153,16 @@ class Starts:
                 source = source_of(system, surface.energy, here, axes, others, (surface.p_eta, surface.p_gamma))
                 return RandomPoints(OfSource(source), self.orbits, self.seed)
             if not self.axes:
-                raise Wrong.of("{axes} NAME=LOW:HIGH:N is required, once for each axis of the grid; or {orbits} N")
+                raise OptionError.of(
+                    "{axes} NAME=LOW:HIGH:N is required, once for each axis of the grid; or {orbits} N"
+                )
             parts = {name: axis_of(name, text) for name, text in pairs(option("axes"), self.axes, "LOW:HIGH:N")}
             fits(option("axes"), *(part.size for part in parts.values()), itemsize=1)
             made = launching(system, checked_energy(system, surface.energy), tuple(parts), here, others)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
             text = re.sub(r"axes=\{(.*)\}", flags_of_axes, str(problem))
-            raise Wrong(respelled(text, BY_NAME)) from None
+            raise OptionError(respelled(text, BY_NAME)) from None
 
     def ranges(self) -> list[Any]:
         """Return the ranges given, None for those not given."""

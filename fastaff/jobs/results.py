@@ -12,7 +12,7 @@ import numpy as np
 from ..core.interruption import imported
 from ..core.numbers import MOST
 from ..core.status import Status
-from .guard import sound
+from .guard import reported_as_damage
 from .job import Job, in_one_line
 from .scans import FoundCases, assembled
 from .store import ATTEMPT, DONE, WAITING, Store
@@ -170,7 +170,7 @@ class JobResults:
         xarray = imported("xarray", what="to_xarray")
         if chunks is not None:
             imported("dask", what="to_xarray with chunks")
-        with sound(f"{self.path} is damaged"):
+        with reported_as_damage(f"{self.path} is damaged"):
             return xarray.open_datatree(str(self.path), engine="zarr", chunks=chunks)
 
     def to_netcdf(self, path: Any) -> None:

@@ -26,9 +26,9 @@ from ..results.provenance import provenance
 from ..results.result import columns
 from ..runs.schemes.catalogue import Scheme
 from ..systems.models.contracts import Dynamics
-from .analyses import Orbits
-from .holding import alone, as_path
-from .job import Job, Plan, difference, distinct
+from .analyses import AnalysedOrbits
+from .holding import as_path, exclusive_lock
+from .job import Job, JobPlan, difference, distinct
 from .launch import Points, Starts, between, some
 from .results import JobResults
 from .scans import Cases, assembled
@@ -36,7 +36,7 @@ from .store import Store, create, is_store
 from .system import Model
 from .units import Unit, computed, running, same_processor, stated, summed, unit, waiting
 from .watching import Progress, Watched, submitted
-from .wording import Wrong
+from .wording import OptionError
 
 SECONDS = 2.0
 """Seconds of work in a unit whose size is left open."""
@@ -131,7 +131,7 @@ def run(
     memory = None if memory is None else positive("memory", memory)
     if store is None:
         if executor is not None:
-            raise Wrong("executor needs a store: workers hand over their results there")
+            raise OptionError("executor needs a store: workers hand over their results there")
         return _in_memory(job, threads, report)
     path = as_path(store)
     there = path.exists()
@@ -141,10 +141,10 @@ def run(
         except FileExistsError:
             if not is_store(path):
                 raise  # else another process made it in this moment; the store is used
-    with alone(path):
+    with exclusive_lock(path):
         change = _change(path, job, overwrite)
         if change is not None and not overwrite:
-            raise Wrong(f"{path} holds another job: {change}. Take another store, or overwrite this one")
+            raise OptionError(f"{path} holds another job: {change}. Take another store, or overwrite this one")
         if change is not None:
             begin(job, path, memory=memory, overwrite=True, threads=threads)
     return _finished(path, _own(job), executor, threads, report, watch, other_processor)
@@ -263,7 +263,7 @@ def rerun(
     _checked(executor, threads, report, watch, other_processor)
     path = as_path(store)
     given = {} if model is None else {"model": model}
-    with alone(path):
+    with exclusive_lock(path):
         begun = running(path, **given)
         same_processor(begun.store, other_processor)
         names: Sequence[str]
@@ -274,14 +274,14 @@ def rerun(
         else:
             names = analyses
         if isinstance(begun.plan.launch, Cases):
-            raise Wrong("rerun is for orbits; cases of a scan have their second scheme already")
+            raise OptionError("rerun is for orbits; cases of a scan have their second scheme already")
         for name in names:
             named("analyses", name, tuple(begun.plan.analyses))
         name_of = None if scheme is None else str(getattr(scheme, "name", scheme))
         asked = {"scheme": name_of, "step": step, "accuracy": accuracy}
         changed: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
         if not changed:
-            raise Wrong("rerun needs scheme, step or accuracy: with the same ones the numbers stay")
+            raise OptionError("rerun needs scheme, step or accuracy: with the same ones the numbers stay")
         options = replace(begun.job.run, **changed)
         few = begun.plan.few()
         few = few._replace(z0=few.z0[:, :1])
@@ -320,7 +320,7 @@ def begin(
     plan = job.plan()
     run = job.run.on(threads)
     few = plan.few()
-    settled = {name: analysis.settled(few, run) for name, analysis in plan.analyses.items()}
+    settled = {name: analysis.resolve_defaults(few, run) for name, analysis in plan.analyses.items()}
 
     template = dict(computed(plan, few.z0[:, :1], settled, run))
     free = free_memory()
@@ -328,12 +328,12 @@ def begin(
     each = WORKING * (_bytes_of(template) + 8 * few.z0.shape[0])
     most = int(room // each)
     if most < 1:
-        raise Wrong(f"memory must be at least {each:.0f} bytes, what one orbit of this job takes, got {room:.0f}")
+        raise OptionError(f"memory must be at least {each:.0f} bytes, what one orbit of this job takes, got {room:.0f}")
     size = job.unit
     if size is None:
         size = _unit_size(plan, settled, run, most)
     elif min(size, plan.launch.size) > (most := int((free if memory is None else room) // each)):
-        raise Wrong(f"unit must be at most {most} orbits to take {most * each:.0f} bytes of memory, got {size}")
+        raise OptionError(f"unit must be at most {most} orbits to take {most * each:.0f} bytes of memory, got {size}")
     own_starts = isinstance(plan.launch, Points)
     facts = {
         "job": job.text(),
@@ -363,7 +363,7 @@ def begin(
         raise
 
 
-def _unit_size(plan: Plan, settled: dict[str, Any], options: Any, most: int) -> int:
+def _unit_size(plan: JobPlan, settled: dict[str, Any], options: Any, most: int) -> int:
     """Return the number of orbits that take some seconds, a multiple of the smallest unit, as far as memory allows."""
     if isinstance(plan.launch, Cases):
         return 1
@@ -381,7 +381,7 @@ def _in_memory(job: Job, threads: int | None, report: Any) -> JobResults:
     plan = job.plan()
     options = job.run.on(threads)
     few = plan.few()
-    settled = {name: analysis.settled(few, options) for name, analysis in plan.analyses.items()}
+    settled = {name: analysis.resolve_defaults(few, options) for name, analysis in plan.analyses.items()}
     _fits(plan, settled, options, few)
     z0, place = between(plan.launch, 0, plan.launch.size)
     found: dict[str, Any] = {}
@@ -398,14 +398,14 @@ def _in_memory(job: Job, threads: int | None, report: Any) -> JobResults:
     return JobResults(job, found, place, None, units)
 
 
-def _fits(plan: Plan, settled: dict[str, Any], options: Any, few: Orbits) -> None:
+def _fits(plan: JobPlan, settled: dict[str, Any], options: Any, few: AnalysedOrbits) -> None:
     """Refuse results that do not fit into memory."""
     size = plan.launch.size
     if size <= SMALLEST:
         return
     each = _bytes_of(dict(computed(plan, few.z0[:, :1], settled, options)))
     if WORKING * each * size > (free := free_memory()):
-        raise Wrong(
+        raise OptionError(
             f"{size} orbits in memory take {WORKING * each * size:.3g} bytes, {free:.3g} are free: give store, which "
             "takes them unit by unit"
         )
@@ -467,7 +467,7 @@ def _finished(
     path: Path, own: dict[str, Any], executor: Any, threads: int | None, report: Any, watch: Any, other: bool
 ) -> JobResults:
     """Compute the units of a store that are waiting."""
-    with alone(path):
+    with exclusive_lock(path):
         begun = running(path, **own)
         if not len(waiting(begun.store)):
             return JobResults.stored(path, job=begun.job)

@@ -17,10 +17,10 @@ from ..runs.requirements import current_system
 from ..sections.energy_sample import energy_sample
 from ..systems.formulas.number import number
 from ..systems.models.mechanics import System
-from .analyses import Chaos, Orbits, Run
+from .analyses import AnalysedOrbits, Chaos, Run
 from .launch import Starts
 from .system import Surface
-from .wording import Wrong, option
+from .wording import OptionError, option
 
 PLANES = ("p_eta", "p_gamma", "p_phi", "p_psi")
 """Angular momenta that a body's energy surface has."""
@@ -62,14 +62,14 @@ class Scan:
 def scanned(texts: list[str]) -> list[Scanned]:
     """Return the parameters of a scan with their values."""
     if not 1 <= len(texts) <= 2:
-        raise Wrong(f"{option('scan')} takes one or two parameters, got {len(texts)}")
+        raise OptionError(f"{option('scan')} takes one or two parameters, got {len(texts)}")
     axes = [_parsed(text) for text in texts]
     taken = [axis.name for axis in axes]
     if len(set(taken)) < len(taken):
-        raise Wrong(f"{option('scan')} takes two different parameters, got {taken[0]} twice")
+        raise OptionError(f"{option('scan')} takes two different parameters, got {taken[0]} twice")
     if set(taken) & {"p_phi", "p_psi"} and set(taken) & {"p_eta", "p_gamma"}:
         sums = "p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta"
-        raise Wrong.of("{scan} takes p_eta and p_gamma, or {sums}, not one of each", sums=sums)
+        raise OptionError.of("{scan} takes p_eta and p_gamma, or {sums}, not one of each", sums=sums)
     return axes
 
 
@@ -83,7 +83,7 @@ def _parsed(text: str) -> Scanned:
         if len(parts) != 3 or not equals or not math.isfinite(low + high) or not low < high or not 2 <= count < 10**6:
             raise ValueError
     except (ValueError, IndexError):
-        raise Wrong(f"{option('scan')} must be {FORM}, got {text!r}") from None
+        raise OptionError(f"{option('scan')} must be {FORM}, got {text!r}") from None
     return Scanned(name.strip().replace("p-", "p_"), np.linspace(low, high, count))
 
 
@@ -158,12 +158,12 @@ class ScanOfChaos:
         """Refuse values that are wrong for any orbits."""
         self.chaos.check(run)
 
-    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
         """Return nothing: each case has its own time."""
         self.check(run)
         return {}
 
-    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> FoundCases:
+    def compute(self, orbits: AnalysedOrbits, settled: dict[str, Any], run: Run, report: Any = None) -> FoundCases:
         """Return the results of the cases whose values are the columns of z0."""
         parts = []
         for k in range(orbits.z0.shape[1]):
@@ -171,7 +171,9 @@ class ScanOfChaos:
             parts.append(self._case(orbits, orbits.z0[:, k], settled, run, part))
         return FoundCases.concat(parts)
 
-    def _case(self, orbits: Orbits, values: np.ndarray, settled: dict[str, Any], run: Run, report: Any) -> FoundCases:
+    def _case(
+        self, orbits: AnalysedOrbits, values: np.ndarray, settled: dict[str, Any], run: Run, report: Any
+    ) -> FoundCases:
         at = [int(np.flatnonzero(axis.values == value)[0]) for axis, value in zip(self.cases.axes, values)]
         number = int(np.ravel_multi_index(at, self.cases.shape))
         time = settled["time"] if settled else None
@@ -208,7 +210,11 @@ class ScanOfChaos:
         numbers = count(first)
 
         def length(body: Any, z0: np.ndarray) -> float:
-            return self.chaos.settled(Orbits(current_system(body), section, z0), run)["time"] if time is None else time
+            return (
+                self.chaos.resolve_defaults(AnalysedOrbits(current_system(body), section, z0), run)["time"]
+                if time is None
+                else time
+            )
 
         return chaotic_fraction(
             lambda *given: self.orbits(body, section, given, next(numbers)),

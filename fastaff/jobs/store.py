@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.interruption import imported, recognized
+from ..core.interruption import imported, reraise_interrupt
 from ..core.placing import draft, like, text_of
 from ..core.status import Status
 from ..exchange.files import opened, unpacked
@@ -36,11 +36,11 @@ from .guard import (
     checked_arrays,
     checked_root,
     has_items,
+    reported_as_damage,
     seal,
     sealed_arrays,
-    sound,
 )
-from .wording import Wrong
+from .wording import OptionError
 
 FORMAT = 4
 """Format of the stores that this version writes; it reads those of UNSEALED too."""
@@ -60,7 +60,7 @@ DONE = 1
 ATTEMPT = "attempt"
 
 
-class Layout(NamedTuple):
+class StoreLayout(NamedTuple):
     """The layout of a store: the number of points, the number in a unit, and the name of their axis."""
 
     number: int
@@ -203,11 +203,11 @@ class Store:
         for name, array in self.root[analysis].arrays():
             if has_items(array):
                 if absent := array.lacks(units):
-                    raise Wrong(f"{self.path} is damaged: {analysis}/{name} of unit {absent[0]} is not there")
+                    raise OptionError(f"{self.path} is damaged: {analysis}/{name} of unit {absent[0]} is not there")
                 arrays[name] = np.ascontiguousarray(array[..., points or slice(None)][..., there])
             else:
                 arrays[name] = array[...]
-        with sound(f"{self.path} is damaged: its root tells of {analysis} what does not fit"):
+        with reported_as_damage(f"{self.path} is damaged: its root tells of {analysis} what does not fit"):
             return unpacked("", self.facts["contents"][analysis], arrays, given)
 
     def tell(self, **facts: Any) -> None:
@@ -257,7 +257,7 @@ class Store:
         )
 
 
-@recognized()
+@reraise_interrupt()
 def create(
     path: Any,
     facts: Mapping[str, Any],
@@ -281,7 +281,7 @@ def create(
     with draft(path.parent, of_files=True) as fresh:
         root = _zarr().open_group(str(fresh), mode="w", zarr_format=3)
         items = {entry.axes[-1] for result in template.values() for entry in columns(result)}
-        layout = Layout(facts["orbits"], facts["unit"], items.pop())
+        layout = StoreLayout(facts["orbits"], facts["unit"], items.pop())
         launch = root.create_group("launch")
         sealed = ["launch/z0", "launch/finished"]
         _array(launch, "z0", np.float64, (len(names),), ("coordinate",), layout)
@@ -316,9 +316,9 @@ def _behind_links(path: Path) -> Path:
     try:
         place = path.resolve()
     except (OSError, RuntimeError):  # a link to itself
-        raise Wrong(f"{path} is a link that leads nowhere") from None
+        raise OptionError(f"{path} is a link that leads nowhere") from None
     if not place.parent.is_dir():
-        raise Wrong(f"{path} is a link to {place}, whose folder does not exist")
+        raise OptionError(f"{path} is a link to {place}, whose folder does not exist")
     return place
 
 
@@ -374,18 +374,18 @@ def facts_of(path: Path) -> dict[str, Any]:
     if not path.exists():
         raise FileNotFoundError(f"{path} does not exist")
     if not is_store(path):
-        raise Wrong(f"{path} must be a store of a fastaff job: it has none of its attributes")
+        raise OptionError(f"{path} must be a store of a fastaff job: it has none of its attributes")
     facts = _told(path)
     version = facts.get("format") if isinstance(facts, dict) else None
     if type(version) is not int or version not in (FORMAT, UNSEALED):
-        raise Wrong(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT} and {UNSEALED}")
+        raise OptionError(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT} and {UNSEALED}")
     checked_root(path, facts)
     return facts
 
 
 def _opened(path: Path, mode: Any) -> Any:
     zarr = _zarr()
-    with sound(f"{path} is damaged", OSError):
+    with reported_as_damage(f"{path} is damaged", OSError):
         return zarr.open_group(str(path), mode=mode, zarr_format=3, use_consolidated=False)
 
 
@@ -393,7 +393,7 @@ def _zarr() -> Any:
     return imported("zarr", what="a store")
 
 
-def _fill(group: Any, result: Any, found: Iterable[Column], layout: Layout) -> None:
+def _fill(group: Any, result: Any, found: Iterable[Column], layout: StoreLayout) -> None:
     """Make the arrays of a result, with labels, units and the values that all orbits share."""
     arrays: dict[str, np.ndarray] = {}
     opened("", result, arrays)
@@ -449,7 +449,7 @@ def _compressors() -> list[Any]:
 
 
 def _array(
-    group: Any, name: str, dtype: Any, shape: tuple, axes: Iterable[str], layout: Layout, attributes: Any = None
+    group: Any, name: str, dtype: Any, shape: tuple, axes: Iterable[str], layout: StoreLayout, attributes: Any = None
 ) -> None:
     group.create_array(
         name,

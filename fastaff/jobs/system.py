@@ -25,7 +25,7 @@ from ..systems.formulas.number import number
 from ..systems.formulas.section_text import canonical, section_forms, section_named
 from ..systems.formulas.systems import SYSTEMS as NAMED
 from ..systems.models.mechanics import System
-from .wording import Wrong, option, respelled
+from .wording import OptionError, option, respelled
 
 MODELS = {
     "harmonic": ("Harmonic", ("C",)),
@@ -124,20 +124,22 @@ class Model:
         """Return the model, refusing parameters that it does not have."""
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
         if self.angles is not None and self.map is None and self.hamiltonian is None and self.flow is None:
-            raise Wrong.of("{angles} belongs to {map}, {hamiltonian} or {flow}")
+            raise OptionError.of("{angles} belongs to {map}, {hamiltonian} or {flow}")
         if any(entry is not None for entry in self._texts):
             return self._own(given)
         key = named(option("model"), self.model or "neo-hookean", OWN)
         letters = ("parameter",) if key in MODELS else ()
         for name in ("coordinates", "momenta", "vector_potential", "domain", *RATES, *letters):
             if getattr(self, name) is not None:
-                raise Wrong.of("{it} belongs to {formula}, {hamiltonian}, {map} or {flow}", it=option(name))
+                raise OptionError.of("{it} belongs to {formula}, {hamiltonian}, {map} or {flow}", it=option(name))
         if key not in MODELS:
             return self._by_parameters(key, given)
         kind, names = MODELS[key]
         for name in given:
             if name not in names:
-                raise Wrong(f"{option(name)} is not a parameter of {key}, which has {', '.join(map(option, names))}")
+                raise OptionError(
+                    f"{option(name)} is not a parameter of {key}, which has {', '.join(map(option, names))}"
+                )
         value = getattr(models, kind)(**given)
         return value if key == "henon-heiles" else models.Body(value, self.mu)
 
@@ -159,9 +161,9 @@ class Model:
         values = self._values(texts) | given
         for name in values:
             if name not in names:
-                raise Wrong(f"{option('parameter')} {name} is none of {key}, which has {', '.join(names)}")
+                raise OptionError(f"{option('parameter')} {name} is none of {key}, which has {', '.join(names)}")
         if self.mu != 1.0:
-            raise Wrong.of("{mu} belongs to bodies")
+            raise OptionError.of("{mu} belongs to bodies")
         return kind(**values)
 
     def _values(self, texts: Sequence[str] = ()) -> dict[str, Any]:
@@ -171,7 +173,7 @@ class Model:
             values[name] = text if name in texts else number(f"{option('parameter')} {name}", text)
             if name in RESERVED:
                 text = "{parameter} {name}=...: {name} is an option of its own, {it}, or has a meaning: choose another "
-                raise Wrong.of(text + "letter", name=name, it=option(name))
+                raise OptionError.of(text + "letter", name=name, it=option(name))
         return values
 
     def _own(self, given: dict[str, float]) -> Any:
@@ -180,23 +182,25 @@ class Model:
         if given:
             name = next(iter(given))
             text = "{it} belongs to a {model}; a formula takes {parameter} {name}={value:g}"
-            raise Wrong.of(text, it=option(name), name=name, value=given[name])
+            raise OptionError.of(text, it=option(name), name=name, value=given[name])
         if sum(entry is not None for entry in (self.model, *self._texts)) > 1:
-            raise Wrong.of("give one of {model}, {formula}, {hamiltonian}, {map} and {flow}")
+            raise OptionError.of("give one of {model}, {formula}, {hamiltonian}, {map} and {flow}")
         values = self._values()
         if self.formula is not None and self.coordinates is not None:
-            raise Wrong.of(
+            raise OptionError.of(
                 "{coordinates} belongs to {hamiltonian}; a {formula} is in D1, D2, alpha, beta, r, vartheta, ..."
             )
         if self.flow is not None and self.coordinates is not None:
-            raise Wrong.of("{coordinates} belongs to {hamiltonian}; the variables of {flow} are those of its equations")
+            raise OptionError.of(
+                "{coordinates} belongs to {hamiltonian}; the variables of {flow} are those of its equations"
+            )
         for name in (*RATES, "momenta", "vector_potential"):
             if self.hamiltonian is None and getattr(self, name) is not None:
                 why = ": the coordinates of a body do not turn, nor is it driven" if name in RATES else ""
                 why = why if name != "momenta" else ", as the names of momenta in its text"
-                raise Wrong.of("{it} belongs to {hamiltonian}{why}", it=option(name), why=why)
+                raise OptionError.of("{it} belongs to {hamiltonian}{why}", it=option(name), why=why)
         if self.formula is None and self.mu != 1.0:
-            raise Wrong.of(
+            raise OptionError.of(
                 "{mu} belongs to bodies; a {hamiltonian} has the masses 1, others none: rescale the coordinates"
             )
         try:
@@ -215,7 +219,7 @@ class Model:
             if "unknown name" in said:
                 said += f"; {option('parameter')} gives a parameter, NAME=VALUE"
                 said += f", and {option('coordinates')} names the coordinates" if own == "hamiltonian" else ""
-            raise Wrong(said) from None
+            raise OptionError(said) from None
 
     def _made(self, values: dict[str, Any]) -> Any:
         """Return the model of the formula with its parameters."""
@@ -270,12 +274,12 @@ class Surface:
             return None
         if not system.conserves:
             if self.energy is not None:
-                raise Wrong.of(f"{{energy}} is for systems that keep one: those of {_LOSING} do not")
+                raise OptionError.of(f"{{energy}} is for systems that keep one: those of {_LOSING} do not")
             return self.section_of(system)
         if system.driven:
-            raise Wrong.of("{file} is required: the starts of a driven system, rows of coordinates and momenta")
+            raise OptionError.of("{file} is required: the starts of a driven system, rows of coordinates and momenta")
         if self.energy is None:
-            raise Wrong.of("{energy} is required: the energy of every orbit, for example {energy} 1.5")
+            raise OptionError.of("{energy} is required: the energy of every orbit, for example {energy} 1.5")
         return self.section_of(system)
 
     def escape(self, system: System, status: np.ndarray) -> str | None:
@@ -288,7 +292,7 @@ class Surface:
         if system.iterated:
             return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
-            raise Wrong(f"{option('direction')} must be +1, -1 or 0, got {self.direction}")
+            raise OptionError(f"{option('direction')} must be +1, -1 or 0, got {self.direction}")
         own = section_forms(system)[system.moving if system.driven else 0]  # if driven, a constant time
         text = self.section or own.replace("=c", "=0")
         return section_named(text, system, int(self.direction), argument=option("section"))

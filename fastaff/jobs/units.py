@@ -16,11 +16,11 @@ from ..core.numbers import portion
 from ..core.status import Status
 from ..engine.code_folder import package_hash
 from ..results.machine import processor
-from .analyses import Orbits, Run
-from .job import Job, Plan, distinct
+from .analyses import AnalysedOrbits, Run
+from .job import Job, JobPlan, distinct
 from .launch import Points, between
 from .store import ATTEMPT, DONE, WAITING, Store
-from .wording import Wrong
+from .wording import OptionError
 
 LOG = "units.jsonl"
 """File in a store with a line for each unit that was computed, for people."""
@@ -44,19 +44,19 @@ class Running(NamedTuple):
 
     store: Store
     job: Job
-    plan: Plan
+    plan: JobPlan
 
 
 def running(path: Any, **own: Any) -> Running:
     """Return an open store with its job; own: model or starts that no text describes."""
     store = Store(path, writing=True)
     if store.facts["source"] != package_hash():
-        raise Wrong(
+        raise OptionError(
             f"{path} was begun by another version of fastaff, of Numba or of Python (source {store.facts['source']}, "
             f"here {package_hash()}): its orbits would not all have the same arithmetic"
         )
     if "model" in own and (told := stated(store).get("model")) != distinct(own["model"]):
-        raise Wrong(f"{path} is of the model {told or 'in its job'}, got {distinct(own['model'])}")
+        raise OptionError(f"{path} is of the model {told or 'in its job'}, got {distinct(own['model'])}")
     if not store.facts["own_starts"]:
         job = Job.parsed(store.facts["job"], str(path), **own)
         return Running(store, job, job.plan())
@@ -75,7 +75,7 @@ def same_processor(store: Store, other: bool) -> None:
     if begun == here or store.facts["other_processors"]:
         return
     first, second = (" ".join(sorted({*one} - {*two})) or "nothing" for one, two in ((begun, here), (here, begun)))
-    raise Wrong(
+    raise OptionError(
         f"{store.path} was begun on another kind of processor: it had {first}, this one has {second} instead; the last "
         "digits of orbits may differ between the two. To go on all the same give --other-processor "
         "(other_processor=True)"
@@ -88,7 +88,7 @@ def stated(store: Store) -> dict[str, str]:
         tables = tomllib.loads(store.facts["job"])
         return {name: str(tables[name]["value"]) for name in ("model", "starts") if "value" in tables.get(name, {})}
     except (ValueError, TypeError, AttributeError, RecursionError) as problem:
-        raise Wrong(f"{store.path} is damaged: its job is no TOML: {problem}") from None
+        raise OptionError(f"{store.path} is damaged: its job is no TOML: {problem}") from None
 
 
 @functools.lru_cache(maxsize=2)
@@ -134,7 +134,7 @@ def unit(running: Running, number: int, threads: int | None = None, report: Any 
         for name in again["analyses"]:
             rows = place[to_run_again(store, name, again, attempt, number)[place]]
             if rows.size:
-                orbits = Orbits(
+                orbits = AnalysedOrbits(
                     plan.system, plan.section, np.ascontiguousarray(store.chunk("launch", "z0", number)[:, rows])
                 )
                 other = replace(run, **again["run"])
@@ -145,10 +145,10 @@ def unit(running: Running, number: int, threads: int | None = None, report: Any 
 
 
 def computed(
-    plan: Plan, z0: np.ndarray, settled: dict[str, Any], run: Run, report: Any = None
+    plan: JobPlan, z0: np.ndarray, settled: dict[str, Any], run: Run, report: Any = None
 ) -> Iterator[tuple[str, Any]]:
     """Yield the results of orbits at z0 (2n, orbits), analysis by analysis."""
-    orbits = Orbits(plan.system, plan.section, z0)
+    orbits = AnalysedOrbits(plan.system, plan.section, z0)
     for k, (name, analysis) in enumerate(plan.analyses.items()):
         yield name, analysis.compute(orbits, settled[name], run, portion(report, k, len(plan.analyses)))
 

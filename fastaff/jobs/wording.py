@@ -53,11 +53,11 @@ def respelled(text: str, names: Container[str]) -> str:
     return " ".join(words)
 
 
-class Wrong(ValueError):
+class OptionError(ValueError):
     """Wrong input: its text is all that the user sees."""
 
     @classmethod
-    def of(cls, text: str, /, **values: object) -> Wrong:
+    def of(cls, text: str, /, **values: object) -> OptionError:
         """Return the error of a text in which options stand in braces, and other values by name."""
         return cls(text.format_map(_Options(values)))
 

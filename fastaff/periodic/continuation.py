@@ -9,10 +9,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import numbers, positive, real, shown, whole
 from ..core.status import Status
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.progress import tell
 from ..results.result import Result, along
 from ..runs.options import Options, plan
@@ -77,8 +77,8 @@ class Branch(Result, axis="point"):
         return f"{count}, {len(self.bifurcations)} bifurcations; {self.ending}"
 
 
-@takes(section=section_of, scheme=scheme_of)
-@recorded
+@coerces_arguments(section=section_of, scheme=scheme_of)
+@records_call
 def continuation(
     model: Dynamics,
     z0: Starts,
@@ -186,7 +186,7 @@ def continuation(
     (status, ending) = STOPPED
     empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
-    with keeping("continuation", lambda: empty):
+    with partial_result_on_interrupt("continuation", lambda: empty):
         cut: Any = {"section": section, "period": period, "max_time": max_time}
         first = periodic_orbits(first_model, z0, energy=energy, tolerance=tolerance, **cut, **how)
         if first.status.size != 1 or first.status[0] != Status.OK:
@@ -210,7 +210,7 @@ def continuation(
         family = Family(make, flow, surface, section, period, limit, tolerance, kept, **more)
         start = _first_point(family, np.append(z[:, 0], value), scale, first.step[0])
     points = [_turned(start, direction)]
-    with keeping("continuation", lambda: _branch(family, points, *STOPPED)):
+    with partial_result_on_interrupt("continuation", lambda: _branch(family, points, *STOPPED)):
         branch = _branch(family, points, *_follow(family, points, length, longest, steps, (low, high)))
         return replace(branch, bifurcations=tuple(bifurcations(family, points, branch.arclength, branch.orbits)))
 

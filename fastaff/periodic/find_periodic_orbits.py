@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.interruption import Interrupted, keeping
+from ..core.interruption import Interrupted, partial_result_on_interrupt
 from ..core.numbers import positive, whole
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.progress import tell
 from ..runs.options import Options
 from ..runs.requirements import current_system
@@ -82,8 +82,8 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     return candidates[chosen].T
 
 
-@takes(z0=starts_of, section=section_of, scheme=scheme_of)
-@recorded
+@coerces_arguments(z0=starts_of, section=section_of, scheme=scheme_of)
+@records_call
 def find_periodic_orbits(
     model: Dynamics,
     z0: Starts | SectionMap,
@@ -174,8 +174,8 @@ def find_periodic_orbits(
     newton = partial(
         periodic_orbits, model, section=section, energy=energy, tolerance=tolerance, iterations=iterations, **how
     )
-    search = _Search(newton, None if max_time is None else wait, [no_orbits(system, section, flow.scheme)])
-    with keeping("find_periodic_orbits", search.orbits):
+    search = _PeriodSearch(newton, None if max_time is None else wait, [no_orbits(system, section, flow.scheme)])
+    with partial_result_on_interrupt("find_periodic_orbits", search.orbits):
         if seen is None:
             limit = None if section is None or system.driven else wait * count
             seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
@@ -188,7 +188,7 @@ def find_periodic_orbits(
 
 
 @dataclass(frozen=True)
-class _Search:
+class _PeriodSearch:
     """Orbits of their least period found so far, the first entry none, and Newton's method, which finds more.
 
     wait: time for each crossing of a period, or None.

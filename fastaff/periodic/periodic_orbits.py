@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import fits, positive, whole
 from ..core.status import Status
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.progress import tell
 from ..runs.flow import Flow
 from ..runs.options import Options
@@ -66,8 +66,8 @@ LONGER = 8
 """Factor of WAIT if there is no crossing: the motion near the start may be much faster than later."""
 
 
-@takes(z0=starts_of, section=section_of, scheme=scheme_of)
-@recorded
+@coerces_arguments(z0=starts_of, section=section_of, scheme=scheme_of)
+@records_call
 def periodic_orbits(
     model: Dynamics,
     z0: Starts,
@@ -163,9 +163,9 @@ def periodic_orbits(
     check_given(system, "a time of return", max_time=max_time)
     fits("period", *z.shape, period)
     flexible = step is None and flow.fixed
-    search = _Search(flow, surface, section, period, end, tolerance, iterations, flexible)
+    search = _NewtonSearch(flow, surface, section, period, end, tolerance, iterations, flexible)
     state = search.start(z, energy)
-    with keeping("periodic_orbits", lambda: search.partial(state)):
+    with partial_result_on_interrupt("periodic_orbits", lambda: search.partial(state)):
         search.run(state)
         for left in reversed(range(ROUNDS + 1)):
             if not search.shorten(state, last=not left).any():
@@ -201,7 +201,7 @@ class _State:
 
 
 @dataclass(frozen=True)
-class _Search:
+class _NewtonSearch:
     """Newton's method for all guesses at once; `flexible`: their steps may be shortened."""
 
     flow: Flow

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.numbers import positive, whole
-from ..core.placing import placed
+from ..core.placing import write_atomically
 from ..core.status import Status
 from ..results.progress import says_progress
 from ..runs.integrate import integrate
@@ -21,7 +21,7 @@ from ..runs.requirements import current_system
 from ..runs.starts import starts_of
 from ..sections.invariant_measure import Momenta
 from ..systems.charts import CARTESIAN
-from ..systems.models.contracts import Model
+from ..systems.models.contracts import SeparableModel
 from ..systems.models.mechanics import System
 from .sections import words
 from .style import ACCENT, DARK, GREY, PALE, styled, symbol
@@ -63,7 +63,7 @@ class Animation(NamedTuple):
 
 
 def animate(
-    model: Model,
+    model: SeparableModel,
     z0: Any,
     *,
     time: float,
@@ -347,4 +347,6 @@ def save_animation(
     if ending == ".mp4" and not FFMpegWriter.isAvailable():
         raise ValueError("path must end with .gif: .mp4 needs the program ffmpeg, which is not installed")
     write = _write_gif if ending == ".gif" else _write_mp4
-    return placed(path.with_suffix(""), path.suffix, lambda name: write(animation, str(name), dpi, report), force=force)
+    return write_atomically(
+        path.with_suffix(""), path.suffix, lambda name: write(animation, str(name), dpi, report), force=force
+    )

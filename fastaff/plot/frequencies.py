@@ -14,7 +14,7 @@ from ..frequencies.own_lines import TURN, by_own_lines, in_time
 from ..frequencies.tunes import Tunes
 from ..runs.schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
-from .labels import Box, drawn_points, settled, write_along
+from .labels import LabelBox, drawn_points, settled, write_along
 from .picking import carry
 from .ratios import frequencies_of, frequency, lines_of
 from .resonances import formula
@@ -233,7 +233,7 @@ def _draw_lines(
     if slanted:
         settled(ax)
         extents = [note.get_window_extent() for note in noted]
-        room = [Box(np.mean([box.min, box.max], axis=0), np.array(box.size) / 2, 0.0) for box in extents]
+        room = [LabelBox(np.mean([box.min, box.max], axis=0), np.array(box.size) / 2, 0.0) for box in extents]
         dots = drawn_points(ax)
         how = {"path_effects": [withStroke(linewidth=2.0, foreground="white")]}
         written = [write_along(ax, curve, text, room, lift=0.6, points=dots, **how) for curve, text in slanted]

@@ -17,7 +17,7 @@ APART = 2.0
 """Half heights of a text that stay empty between two names, so that each is seen with its own curve."""
 
 
-class Box(NamedTuple):
+class LabelBox(NamedTuple):
     """A rectangle in pixels: its centre, half its sides, and its direction in radians."""
 
     centre: np.ndarray
@@ -35,7 +35,7 @@ class Box(NamedTuple):
         c, s = math.cos(self.angle), math.sin(self.angle)
         return int((np.abs((points - self.centre) @ np.array([[c, -s], [s, c]])) <= self.half).all(axis=1).sum())
 
-    def overlaps(self, other: Box) -> bool:
+    def overlaps(self, other: LabelBox) -> bool:
         """Tell whether two rectangles share a point: no side of either has them on different sides."""
         one = self.corners()
         two = other.corners()
@@ -74,7 +74,7 @@ def write_along(
     ax: Any,
     curve: np.ndarray,
     text: str,
-    taken: list[Box],
+    taken: list[LabelBox],
     lift: float = 0.0,
     points: np.ndarray | None = None,
     **style: Any,
@@ -107,8 +107,8 @@ def write_along(
         normal = np.array([-math.sin(angle), math.cos(angle)])
         bend = float(np.ptp((under - under[0]) @ normal))
         centre = under[4] + lift * 2 * half[1] * normal
-        box = Box(centre, half, angle)
-        around = Box(centre, half + APART * half[1], angle)
+        box = LabelBox(centre, half, angle)
+        around = LabelBox(centre, half + APART * half[1], angle)
         corners = box.corners()
         if (corners < frame[0] + 2).any() or (corners > frame[1] - 2).any() or any(map(around.overlaps, taken)):
             continue

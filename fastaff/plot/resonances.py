@@ -14,7 +14,7 @@ from ..frequencies.own_lines import TURN
 from ..frequencies.resonance_web import ResonanceLine
 from ..frequencies.resonances import DiffusionHistogram, Resonances
 from ..sections.energy_grid import EnergyGrid
-from .labels import Box, drawn_points, pixel_length, settled, write_along
+from .labels import LabelBox, drawn_points, pixel_length, settled, write_along
 from .picking import carry
 from .scales import DIFFUSION, clipped
 from .sections import above_frame
@@ -231,7 +231,7 @@ def _named(
     """Name the longest lines, each on its longest part, as many as have room; return the texts, and the other names."""
     settled(ax)
     dots = drawn_points(ax)
-    taken: list[Box] = []
+    taken: list[LabelBox] = []
     written: list[Any] = []
     left: list[str] = []
     parts = [(max(pixel_length(ax, part) for part in line.lines), line) for line in lines if line.lines]

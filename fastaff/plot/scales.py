@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..chaos.chaos_map import ChaosMap
-from ..chaos.indicator import Look
+from ..chaos.indicator import IndicatorStyle
 from ..chaos.indicators import GALI, INDICATORS
 from ..chaos.pass_indicators import TOLD
 from ..core.numbers import an_array, numbers, real
@@ -74,7 +74,7 @@ def indicator_of(name: str, result: Any = None) -> Any:
         known = next((entry for entry in INDICATORS.values() if entry.name == name), None)
     looks = dict(zip(result.names, result.looks, strict=False)) if isinstance(result, ChaosMap) else {}
     look = looks.get(name)
-    return known if look is None or (known is not None and Look.of(known) == look) else look
+    return known if look is None or (known is not None and IndicatorStyle.of(known) == look) else look
 
 
 def limit_colours(falling: bool = False) -> Any:

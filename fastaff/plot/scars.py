@@ -11,7 +11,7 @@ from ..core.status import Status
 from ..periodic.found_orbits import PeriodicOrbits
 from ..runs.integrate import integrate
 from ..systems.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
-from ..systems.models.contracts import Model
+from ..systems.models.contracts import SeparableModel
 from .backbone import STABLE
 from .periodic import on_one_sheet
 from .picking import carry
@@ -29,7 +29,7 @@ def in_plane(alpha: np.ndarray, beta: np.ndarray, chart: Chart) -> tuple[np.ndar
     return alpha, beta
 
 
-def traced(model: Model, orbits: PeriodicOrbits, points: int = 400) -> np.ndarray:
+def traced(model: SeparableModel, orbits: PeriodicOrbits, points: int = 400) -> np.ndarray:
     """Return the phase points (2n, points + 1, orbits) of periodic orbits at equal times over their periods, the last
     one the first again; NaN where an orbit is not OK.
 
@@ -46,7 +46,7 @@ def traced(model: Model, orbits: PeriodicOrbits, points: int = 400) -> np.ndarra
 @figure
 def plot_scars(
     orbits: PeriodicOrbits,
-    model: Model,
+    model: SeparableModel,
     *,
     ax: Any = None,
     chart: Chart | None = None,

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, ParamSpec, Protocol, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.foreign import read_by
+from ..core.foreign import dispatch_adapter
 from ..core.names import did_you_mean
 from ..core.numbers import reporter
 from .progress import watched
@@ -39,7 +39,7 @@ Starts = ArrayLike | Launched
 """Phase points, or an object that has them; objects of other tools have no types."""
 
 
-def takes(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def coerces_arguments(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Let a function take short forms of some of its arguments after the first, and the section from its starts where
     these lie on one.
     """
@@ -52,7 +52,7 @@ def takes(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
         @functools.wraps(function)
         def wrapped(*given: Any, **named: Any) -> Any:
             system = given[0] if given else named.get(first)
-            units = next(filter(None, (read_by("units", value) for value in (*given, *named.values()))), None)
+            units = next(filter(None, (dispatch_adapter("units", value) for value in (*given, *named.values()))), None)
             if on_section and named.get("section") is None:
                 starts = given[1] if len(given) > 1 else named.get(rest[0])
                 if (section := getattr(starts, "section", None)) is not None:
@@ -116,11 +116,11 @@ class Call(NamedTuple):
     missing: tuple[str, ...] = ()
 
 
-class NoData(TypeError):
+class NotSerializable(TypeError):
     """Raised for a value that is no number, text, value of the package or collection of these."""
 
 
-def recorded(function: Callable[P, R]) -> Callable[P, R]:
+def records_call(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function keep its call with the dataclass that it returns, as the attribute `call`.
 
     `report` is no part of the call; it is checked here. A partial result of an interrupted call keeps the call too. If
@@ -154,7 +154,7 @@ def recorded(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def is_recorded(function: object) -> bool:
-    """Tell whether a function is one that `recorded` made: only these are the calls of results."""
+    """Tell whether a function is one that `records_call` made: only these are the calls of results."""
     return bool(getattr(function, RECORDED, False))
 
 
@@ -192,7 +192,7 @@ def _call(name: str, given: dict[str, Any]) -> Call:
         if key != "report":
             try:
                 arguments[key] = encoded(value)
-            except (NoData, RecursionError):
+            except (NotSerializable, RecursionError):
                 missing.append(key)
     return Call(name, arguments, tuple(missing))
 
@@ -206,7 +206,7 @@ def encoded(value: Any) -> Any:
     if value is None or isinstance(value, (bool, str)):
         return value
     if isinstance(value, (enum.Enum, np.timedelta64)):
-        raise NoData
+        raise NotSerializable
     if isinstance(value, (int, np.integer, np.bool_)):
         return bool(value) if isinstance(value, np.bool_) else int(value)
     if isinstance(value, (float, np.floating)):
@@ -224,7 +224,7 @@ def encoded(value: Any) -> Any:
         return _class(value, [field.name for field in dataclasses.fields(value)])
     if isinstance(value, (list, tuple)):
         return [encoded(entry) for entry in value]
-    raise NoData
+    raise NotSerializable
 
 
 def _class(value: Any, names: Any) -> dict[str, Any]:
@@ -255,7 +255,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         try:
             return plain(encoded(value))
-        except NoData:
+        except NotSerializable:
             return {
                 "class": type(value).__name__,
                 **{name: plain(entry) for name, entry in zip(value._fields, value, strict=True)},

@@ -19,7 +19,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, ParamSpec, TypeVar, cast
 
 from ..core.compilations import Compiling
-from ..core.placing import placed, text_of
+from ..core.placing import text_of, write_atomically
 
 SILENCE = 1.5
 """Seconds after which a call says something; half a second where it compiles, which is known to take more."""
@@ -57,7 +57,7 @@ class Compilation:
         self.name = name
         self.kernels = len(Compiling.kernels)
         self.begun = Compiling.spent()
-        self.known = _Known.read()
+        self.known = _EarlierCompilations.read()
         self.missing = [part for part in USED.get(name, "").split() if part not in self.known.parts]
 
     @property
@@ -217,7 +217,7 @@ def says_progress(function: Callable[P, R]) -> Callable[P, R]:
     return cast(Callable[P, R], wrapped)
 
 
-class _Known:
+class _EarlierCompilations:
     """Record of earlier compilations on this machine: the parts that are compiled from these sources, and the ratio of
     its times to those of PARTS; values from its file are checked.
     """
@@ -227,7 +227,7 @@ class _Known:
         self.speed = speed
 
     @classmethod
-    def read(cls) -> _Known:
+    def read(cls) -> _EarlierCompilations:
         """Return the record in the file, an empty one where there is none."""
         sources = _sources()
         try:
@@ -246,7 +246,9 @@ class _Known:
             return
         known = {"sources": _sources(), "parts": sorted({*self.parts, *parts}), "speed": round(speed, 2)}
         with contextlib.suppress(OSError):
-            placed(path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(known)), force=True)
+            write_atomically(
+                path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(known)), force=True
+            )
 
 
 def _file() -> Path:

@@ -16,12 +16,12 @@ import numpy as np
 from ..core.numbers import Passes
 from ..core.status import Status
 from ..engine.threads import by_portions
-from .flow import Flow, Wear
+from .flow import Damping, Flow
 from .launch import Report
-from .scales import Motion
+from .scales import MotionScales
 from .schemes.catalogue import Collocation
 from .time_transformed import TransformedFlow
-from .trials import SPAN, chosen_steps, on_ladder, sampled
+from .trials import SPAN, chosen_steps, round_down_to_grid, sampled
 
 # tests/test_accuracy.py and tests/test_driven.py measure how often errors with these constants cover the truth.
 
@@ -66,7 +66,7 @@ leaves all threads but one idle. Of more, those that part end early.
 WEIGHT = 40
 """Cost of the estimate of one error, with its powers and logarithms, in numbers."""
 
-WITNESS = 10.0
+ROUNDING_CAP = 10.0
 """Rounding errors count up to this multiple of their estimate where two runs that were not slowed are so far apart. The
 growth of the slowing on a chaotic orbit may be small by chance, but hardly rounding's own difference at the same time.
 """
@@ -91,7 +91,7 @@ LEAST = 4.0
 is 5 times that, as steps so long that the order is not reached yet make both runs alike by chance.
 """
 
-GROWN = 0.2
+AMPLIFIED_TRIAL_SHARE = 0.2
 """Part of the trial's error, amplified as the slowing was, that an orbit has at least: in one direction that grows the
 coarse run's error is that of the fine one, or none, by chance. Slowing goes one way and is amplified more than errors.
 """
@@ -109,7 +109,7 @@ class Steps(NamedTuple):
     step: np.ndarray
     local: np.ndarray
     order: np.ndarray
-    motion: Motion
+    motion: MotionScales
     ratio: np.ndarray
     run: float
     parts: int
@@ -121,7 +121,7 @@ class Steps(NamedTuple):
 
     def shortened(self, factor: np.ndarray) -> Steps:
         """Return steps shorter by this factor, or the next on the ladder, for comparison with these."""
-        step = np.where(factor == 2.0, self.step / 2, on_ladder(self.step / factor, self.run, self.parts))
+        step = np.where(factor == 2.0, self.step / 2, round_down_to_grid(self.step / factor, self.run, self.parts))
         ratio = self.step / step
         return self._replace(step=step, local=self.local / ratio**self.order, ratio=ratio)
 
@@ -129,7 +129,7 @@ class Steps(NamedTuple):
 def planned(
     flow: Flow | TransformedFlow,
     z: np.ndarray,
-    found: Motion,
+    found: MotionScales,
     time: np.ndarray | float,
     accuracy: float,
     *,
@@ -152,7 +152,7 @@ def planned(
     if isinstance(flow.scheme, Collocation):  # whose iteration must converge with twice the step too
         states = sampled(flow, z, 2 * step, np.maximum(SPAN / found.rate, 2 * step), found.radius)
         step = np.where(np.isfinite(states).all(axis=(0, 1)), step, step / 2)
-    used = on_ladder(step, run, parts)
+    used = round_down_to_grid(step, run, parts)
     return Steps(used, local * (used / step) ** order, order, motion=found, ratio=twice, run=run, parts=parts)
 
 
@@ -170,7 +170,7 @@ def noise_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
     return DRIVEN * noise if flow.system.driven else noise
 
 
-def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
+def damping_for(flow: Flow | TransformedFlow, plan: Steps) -> Damping | None:
     """Return the slowing of the orbits that makes `share_of` the distance as large as rounding errors; None where the
     caller chose steps or tolerances for all orbits.
     """
@@ -178,7 +178,7 @@ def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
         return None
     rate = plan.motion.rate
     share = np.minimum(noise_of(flow, plan) / share_of(flow, plan), LOST) * np.sqrt(rate / SPAN)
-    return Wear(share, EARLY / rate, WEAR_RADIANS / rate)
+    return Damping(share, EARLY / rate, WEAR_RADIANS / rate)
 
 
 def estimated(
@@ -188,7 +188,7 @@ def estimated(
     rounding's share.
 
     phase (moments, orbits): radians of the motion up to each moment. SAFETY order/(2^order - 1) of the distance is the
-    scheme's error, and covers rounding's if the run with twice the step was slowed as by `wear_of`. worn (moments,
+    scheme's error, and covers rounding's if the run with twice the step was slowed as by `damping_for`. worn (moments,
     orbits): the distance that this slowing alone makes, where it is known and no part of `apart`; `apart` then
     shows rounding itself. Distances beyond LOST count whole. Errors never fall with time.
     Where orbits cannot be slowed, as with adaptive schemes, they count as regular: rounding errors grow like
@@ -223,23 +223,23 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
         if flow.alike:
             rounding = apart * np.minimum(noise / np.maximum(local * 2.0**order, 1e-300), 2.0) + noise
         else:
-            rounding = noise if worn is None else noise + counted(worn, part)
-        error = counted(apart, part) + rounding
+            rounding = noise if worn is None else noise + effective_distance(worn, part)
+        error = effective_distance(apart, part) + rounding
         error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
         if not flow.alike:
             # The trial's error is a lower bound: by chance the difference of two runs is too small for some orbits.
             error = np.maximum(error, np.clip(apart, local * spans, LEAST * local * spans))
         if worn is not None:
-            grown = GROWN * local * spans * counted(worn, part) / np.maximum(noise, 1e-300)
+            grown = AMPLIFIED_TRIAL_SHARE * local * spans * effective_distance(worn, part) / np.maximum(noise, 1e-300)
             error = np.maximum(error, np.minimum(grown, apart / part))
-            witness = np.minimum(apart, WITNESS * rounding)
+            witness = np.minimum(apart, ROUNDING_CAP * rounding)
             error = error + witness
             rounding = rounding + witness
     error, rounding = (np.where(np.isfinite(entry), entry + STEPPED * phase, np.inf) for entry in (error, rounding))
     return np.maximum.accumulate(error, axis=0), np.maximum.accumulate(rounding, axis=0)
 
 
-def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
+def effective_distance(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
     """Return distances times `part` up to ROUGH, whole distances from LOST on, and a power law between."""
     result = part * apart
     rough = apart > ROUGH
@@ -250,11 +250,11 @@ def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
     return result
 
 
-def halved(
+def refine_steps(
     flow: Flow | TransformedFlow,
     plan: Steps,
     accuracy: float,
-    run: Callable[[np.ndarray, np.ndarray, Wear | None, Report | None, Any], Any],
+    run: Callable[[np.ndarray, np.ndarray, Damping | None, Report | None, Any], Any],
     compare: Callable[[Any, Any, np.ndarray, np.ndarray | None], tuple[np.ndarray, np.ndarray, np.ndarray]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
     drifts: Callable[[Any], np.ndarray],
@@ -276,7 +276,7 @@ def halved(
     """
     orbits = np.arange(len(plan.step)) if orbits is None else orbits
     with Passes(report) as passes:
-        wear = wear_of(flow, plan)
+        wear = damping_for(flow, plan)
         work = _work(plan.step)
         more = 0.0 if flow.adaptive else work * (0.5 if flow.system.driven else AGAIN)
         if wear is not None and orbits.size <= FEW and max(orbits.size, flow.threads) > 1:
@@ -331,16 +331,16 @@ def halved(
             worn = None if worn is None else worn[..., again]
 
 
-def _both(run, orbits: np.ndarray, step: np.ndarray, wear: Wear, report: Report | None) -> tuple[Any, Any]:
+def _both(run, orbits: np.ndarray, step: np.ndarray, wear: Damping, report: Report | None) -> tuple[Any, Any]:
     """Return runs of the orbits with these steps, and slowed ones with twice these, made as one run."""
     count = orbits.size
-    slowed = Wear(np.append(wear.share, np.zeros(orbits.size)), *(np.tile(x, 2) for x in wear[1:]))
+    slowed = Damping(np.append(wear.share, np.zeros(orbits.size)), *(np.tile(x, 2) for x in wear[1:]))
     both = run(np.tile(orbits, 2), np.append(2 * step, step), slowed, report, None)
     return both.of(slice(count, None)), both.of(slice(count))
 
 
 def _kept(flow, keep, orbits: np.ndarray, fine: Any, chosen: np.ndarray, error: np.ndarray) -> None:
-    """Call keep as `halved` says, for some of the chosen orbits in each thread."""
+    """Call keep as `refine_steps` says, for some of the chosen orbits in each thread."""
     some = lambda at: keep(orbits, fine, chosen[at], error)  # noqa: E731
     by_portions(some, chosen.size, WEIGHT * len(error), flow.threads)
 
@@ -377,7 +377,7 @@ def until(holds: np.ndarray, times: np.ndarray, end: np.ndarray | float) -> np.n
     return np.where(always, end, before)
 
 
-def outdone(error: np.ndarray, late: np.ndarray, least: np.ndarray, latest: np.ndarray) -> np.ndarray:
+def is_dominated(error: np.ndarray, late: np.ndarray, least: np.ndarray, latest: np.ndarray) -> np.ndarray:
     """Return a mask (orbits,) of results that are no better than others: whose errors are larger than the `least`, or
     from LOST on, where no error means more than another, stay below the accuracy for less time than the `latest`.
     """

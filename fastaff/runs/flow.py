@@ -22,7 +22,7 @@ from ..engine.kernels import escape
 from ..engine.kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..engine.kernels.collocation import collocate
 from ..engine.kernels.crossings import CERTAIN, RECORD
-from ..engine.kernels.drive import FixedSteps, Orbits, run_along, run_fixed, run_one
+from ..engine.kernels.drive import FixedSteps, RunningOrbits, run_along, run_fixed, run_one
 from ..engine.kernels.samples import WEAR_ROWS, lost_until
 from ..engine.kernels.stepping import Blocks, Coefficients, runge_kutta
 from ..engine.lane_sums import VECTOR
@@ -200,10 +200,10 @@ class Ensemble:
             setattr(part, name, getattr(self, name)[orbits])
         return part
 
-    def orbits(self, memory: np.ndarray, out: np.ndarray) -> Orbits:
+    def orbits(self, memory: np.ndarray, out: np.ndarray) -> RunningOrbits:
         """Return the arrays of the orbits for kernels, with the memory and records of an observer."""
         places = self.z, self.time, self.count, self.ahead, self.ticks, self.kinetic, self.radius, self.status
-        return Orbits(*places, memory, out)
+        return RunningOrbits(*places, memory, out)
 
     def take(self, orbits: Any, part: Ensemble) -> None:
         """Take over the state of `part` for the orbits of that index array or mask."""
@@ -395,7 +395,7 @@ WEAR_STEPS = 2, 4, 8, 16, 32
 """Steps, or one, after which slowed orbits lose part of their momenta: lanes of a block stop together."""
 
 
-class Wear(NamedTuple):
+class Damping(NamedTuple):
     """Slowing of each orbit: by the time t momenta have lost the fraction share*(u + 2 u e/(u + e)), u = sqrt(t),
     e = sqrt(early), three times as much in the beginning as later; they lose it about once in a time `every`. Arrays
     (orbits,).
@@ -648,8 +648,8 @@ class Flow:
         self.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
         return states
 
-    def worn(
-        self, ensemble: Ensemble, count: int, wear: Wear, *, time: float, report: Report | None
+    def damped(
+        self, ensemble: Ensemble, count: int, wear: Damping, *, time: float, report: Report | None
     ) -> tuple[np.ndarray, bool]:
         """Run as `trajectory` does, while the momenta wear down, after each step or every WEAR_STEPS."""
         rows, orbits = ensemble.z.shape

@@ -9,7 +9,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.foreign import read_by, without_unit
+from ..core.foreign import dispatch_adapter, without_unit
 from ..core.numbers import an_array, entries, fits, numbers, positive, refuse_unit, shown
 from ..core.status import Status
 from ..engine.threads import by_portions
@@ -91,7 +91,7 @@ def given_orbits(
         raise TypeError(f"samples must be of orbits, {type(value).__name__} is a system: give {run}")
     if hasattr(value, "column_names"):
         raise TypeError("samples is a table of Arrow: give samples.to_pandas() or polars.from_arrow(samples)")
-    foreign = read_by("orbits", value, "samples", names)
+    foreign = dispatch_adapter("orbits", value, "samples", names)
     if foreign is not None:
         value = foreign.rows
         names = foreign.names if names is None else names

@@ -8,17 +8,17 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, fits, portion, whole
 from ..core.status import Status
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
 from ..systems.models.contracts import Dynamics
 from ..systems.models.mechanics import System
 from . import observers
-from .accuracy import halved, outdone, planned, until
+from .accuracy import is_dominated, planned, refine_steps, until
 from .coordinates import chart_row
-from .flow import Ensemble, Flow, Wear, energy_error, mark_drift, no_memory
+from .flow import Damping, Ensemble, Flow, energy_error, mark_drift, no_memory
 from .given_orbits import SAMPLED
 from .launch import Report
 from .options import Options, Problem
@@ -29,7 +29,18 @@ from .schemes.catalogue import VERNER9, Collocation, Scheme, scheme_of
 from .schemes.time_transformed import TimeTransformed
 from .starts import starts_of
 from .time_transformed import TransformedFlow
-from .tolerances import SLOW, UNEVEN, beyond, last, left, longer, tightened, tolerances, walled, with_tolerance
+from .tolerances import (
+    SLOW,
+    UNEVEN,
+    last,
+    max_radians,
+    refine_tolerances,
+    steps_for_remaining,
+    tolerance_errors,
+    tolerances,
+    walled,
+    with_tolerance,
+)
 
 CHUNK = 16384
 """Orbits that are run with two steps at once."""
@@ -76,8 +87,8 @@ class Orbits(Result):
         return chart_row(self.z, name)
 
 
-@takes(z0=starts_of, scheme=scheme_of)
-@recorded
+@coerces_arguments(z0=starts_of, scheme=scheme_of)
+@records_call
 def integrate(
     body: Dynamics,
     z0: Starts,
@@ -188,7 +199,7 @@ def integrate(
         if goal is None
         else _Accurate(flow, problem.system, z, time, count, goal, options.drift, report, scheme is None)
     )
-    with keeping("integrate", lambda: work.result(problem.system, options.drift, True)):
+    with partial_result_on_interrupt("integrate", lambda: work.result(problem.system, options.drift, True)):
         work.run()
     return work.result(problem.system, options.drift, False)
 
@@ -287,7 +298,7 @@ class _Accurate:
 
     def _short(self, tolerance: np.ndarray, report: Report | None) -> np.ndarray:
         how = self._toleranced, self._left, self._keep, lambda run: walled(self.system, run.states)
-        return tightened(tolerance, self.accuracy, *how, report)
+        return refine_tolerances(tolerance, self.accuracy, *how, report)
 
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
@@ -295,10 +306,14 @@ class _Accurate:
         orbits = np.arange(len(self.chunk))
         steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         if self.free:
-            rest = self._short(tolerances(*given, longer(*given[:2], steps.step * self.motion.pace < UNEVEN)), None)
-            steps, orbits = beyond(steps, *given, self.error[:, self.chunk].max(axis=0), rest)
+            rest = self._short(
+                tolerances(*given, max_radians(*given[:2], steps.step * self.motion.pace < UNEVEN)), None
+            )
+            steps, orbits = steps_for_remaining(steps, *given, self.error[:, self.chunk].max(axis=0), rest)
         if orbits.size:
-            halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
+            refine_steps(
+                self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report
+            )
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
             lost = energy_error(self.system, self.ensemble.of(self.chunk))
             self._short(last(*given, self.error[0, self.chunk], lost), None)
@@ -340,17 +355,21 @@ class _Accurate:
         return states
 
     def _left(self, fine: Compared, coarse: Compared, orbits: np.ndarray, tolerance: np.ndarray) -> tuple:
-        error, usual = left(self.motion.of(orbits), self._compare(fine, coarse, orbits)[0], self.looks, tolerance)
+        error, usual = tolerance_errors(
+            self.motion.of(orbits), self._compare(fine, coarse, orbits)[0], self.looks, tolerance
+        )
         return np.where(self._drifts(fine), np.inf, error), usual
 
-    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, _fine) -> Compared:
+    def _run(
+        self, orbits: np.ndarray, step: np.ndarray, wear: Damping | None, report: Report | None, _fine
+    ) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
         if wear is None:
             states, interrupted = flow.trajectory(ensemble, self.time, self.parts, report)
         else:
-            states, interrupted = flow.worn(ensemble, self.parts, wear, time=self.time, report=report)
+            states, interrupted = flow.damped(ensemble, self.parts, wear, time=self.time, report=report)
         ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
@@ -376,7 +395,7 @@ class _Accurate:
         late = until(error <= self.accuracy, times, self.times[-1])
         failed = fine.status[chosen] == Status.NOT_CONVERGED  # else shorter steps and tighter tolerances know better
         worse = failed | (np.isfinite(fine.step[chosen]) ^ np.isfinite(self.step[where]))
-        worse &= outdone(error[-1], late, self.error[0, where] / size[0], self.until[where])
+        worse &= is_dominated(error[-1], late, self.error[0, where] / size[0], self.until[where])
         chosen, where, error, size, late = (entry[..., ~worse] for entry in (chosen, where, error, size, late))
         self.ensemble.take(where, fine.ensemble.of(chosen))
         self.step[where] = fine.step[chosen]

@@ -127,7 +127,7 @@ def worn_samples(rows: int) -> Observer:
     return Observer(sample_kernels.worn_states, sample_kernels.WEAR_ROWS.sampled, _Rows(float(rows)))
 
 
-class _Crossings(NamedTuple):
+class _CrossingValue(NamedTuple):
     wanted: float
     direction: float
     rows: float
@@ -143,7 +143,7 @@ def crossings(
     """
     rows = 2 * degrees_of_freedom * (1 + vectors)
     most = getattr(section, "period", math.inf) / 2
-    value = _Crossings(float(wanted), float(section.direction), float(rows), most, float(beside))
+    value = _CrossingValue(float(wanted), float(section.direction), float(rows), most, float(beside))
     kept = crossing_kernels.ROWS.state + rows
     calls = (bound("value", section, degrees_of_freedom, vectors),)
     along = Observer(crossing_kernels.detect_along, kept, value, calls=calls)

@@ -23,12 +23,12 @@ from .requirements import (
     phase_points,
     suited_scheme,
 )
-from .scales import Motion, motion
-from .schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
+from .scales import MotionScales, motion
+from .schemes.automatic import Automatic, CandidateTrial, cheapest, fastest, quickest
 from .schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from .schemes.time_transformed import TimeTransformed
 from .time_transformed import prepared
-from .trials import chosen_steps, on_ladder, trials_in_time
+from .trials import chosen_steps, round_down_to_grid, trials_in_time
 
 ACCURACY = 1e-10
 """Accuracy of states where the user gives neither a step nor an accuracy."""
@@ -196,7 +196,7 @@ class Plan(NamedTuple):
     flow: Any
     z: np.ndarray
     why: str
-    motion: Motion | None = None
+    motion: MotionScales | None = None
 
 
 def plan(
@@ -271,7 +271,7 @@ def plan(
     else:
         found = motion(system, z, flow.threads)
         steps = chosen_steps(flow, z, found, np.full(z.shape[1], error)).step
-        flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
+        flow = replace(flow, step=steps if time is None else round_down_to_grid(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
     return Plan(flow, z, "; ".join(why), found)
 
@@ -288,7 +288,7 @@ def _iterated(system: System, z: np.ndarray, options: Options) -> Plan:
 
 def _chosen(
     system: System, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None
-) -> Trial:
+) -> CandidateTrial:
     """Return the trial that an automatic scheme chooses for a run over `time`."""
     scheme = scheme.suited(system.quadratic)
     tried = trials_in_time(system, z, scheme, options.rtol, options.atol, threads, time)
@@ -297,7 +297,7 @@ def _chosen(
             flow, error, cost = prepared(
                 math.inf if time is None else time, system, z, candidate, None, threads, scheme.bound
             )
-            tried.append(Trial(flow.scheme, flow.step, error, cost))
+            tried.append(CandidateTrial(flow.scheme, flow.step, error, cost))
     return scheme.choose(tried)
 
 

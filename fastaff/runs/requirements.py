@@ -15,7 +15,7 @@ from ..engine.blocks import is_as_met, is_value, parameters
 from ..engine.kinds import KINDS, Kind
 from ..systems.charts import Chart
 from ..systems.formulas.section_text import section_forms
-from ..systems.models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
+from ..systems.models.contracts import Autonomous, Map, Nonseparable, Potential, Section, SeparableModel
 from ..systems.models.mechanics import FAILS, System, at_points, system_of
 from ..systems.models.sections import Stroboscopic
 from .schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
@@ -374,7 +374,13 @@ def checked_system(model: Any, name: str = "body", needs: str = "equations") -> 
         return system
     missing = lacking(
         model,
-        Map if system.iterated else Model if system.separable else Nonseparable if system.canonical else Autonomous,
+        Map
+        if system.iterated
+        else SeparableModel
+        if system.separable
+        else Nonseparable
+        if system.canonical
+        else Autonomous,
     )
     if isinstance(model, Potential) and missing:
         raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")

@@ -18,7 +18,7 @@ from .flow import ESCAPE, FARTHEST, Ensemble, Flow, escape_radii
 from .observers import columns
 from .schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4
 
-NUDGE = 1e-6
+FD_STEP = 1e-6
 """Relative displacement for the change of a force, or of rates."""
 
 ITERATIONS = 8
@@ -39,7 +39,7 @@ def fastest_rates(system: System, z: np.ndarray, step: Any) -> np.ndarray:
     W = system.inverse_masses(z)
     with np.errstate(all="ignore"):
         way = length(_velocity(system, z[n:])) * np.where(np.isfinite(step), step, 0.0)
-        size = NUDGE * np.maximum(length(system.without_time(q)), way)
+        size = FD_STEP * np.maximum(length(system.without_time(q)), way)
         u = system.without_time(np.cos(np.arange(1, n + 1))[:, None] + np.zeros(q.shape))
         u = u / length(u)
         for _ in range(ITERATIONS):
@@ -99,7 +99,7 @@ def _curvatures(system: System, z: np.ndarray, W: np.ndarray, units: np.ndarray)
     """
     q = z[: len(units), None]
     size = length(system.without_time(q))
-    shift = NUDGE * np.where(size > 0, size, 1.0) * units
+    shift = FD_STEP * np.where(size > 0, size, 1.0) * units
     with np.errstate(all="ignore"):
         return np.sqrt(length(_turned(system, W[:, :, None], q, shift)) / (2 * length(shift)))
 
@@ -172,7 +172,7 @@ FREE = 1 / 16
 """Least frequency of an orbit, relative to that of its angles: there may be hardly a force on it."""
 
 
-class Motion(NamedTuple):
+class MotionScales(NamedTuple):
     """The scales of orbits, of each orbit by itself.
 
     rate (orbits,): the angular frequency (<F.W F>/<p.v>)^(1/2) of averages along the orbit, W = dv/dp: omega of an
@@ -196,9 +196,9 @@ class Motion(NamedTuple):
     pace: np.ndarray
     winding: np.ndarray
 
-    def of(self, orbits: Any) -> Motion:
+    def of(self, orbits: Any) -> MotionScales:
         """Return the scales of some of the orbits."""
-        return Motion(*(entry[..., orbits] for entry in self))
+        return MotionScales(*(entry[..., orbits] for entry in self))
 
     def distance(self, apart: np.ndarray) -> np.ndarray:
         """Return the size of differences of phase points (..., 2n, orbits): the largest over the coordinates in units
@@ -234,8 +234,9 @@ def _chunk(rows: int, orbits: int) -> int:
     return max(LANES, math.ceil(orbits / max(1, round(orbits / most))))
 
 
-def natural_rates(system: System, z: np.ndarray, threads: int = 1, found: Motion | None = None) -> np.ndarray:
-    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`, which may be
+def natural_rates(system: System, z: np.ndarray, threads: int = 1, found: MotionScales | None = None) -> np.ndarray:
+    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `MotionScales`, which may
+    be
     `found` already; for a flow the rate at which its velocity turns at the start.
     """
     return (found or motion(system, z, threads)).rate if system.canonical else _turning(system, z)
@@ -246,12 +247,12 @@ def _turning(system: System, z: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         rates = system.slopes(z)
         speed = length(rates)
-        shift = NUDGE * np.where(length(z) > 0, length(z), 1.0) / speed
+        shift = FD_STEP * np.where(length(z) > 0, length(z), 1.0) / speed
         change = system.slopes(z + shift * rates) - system.slopes(z - shift * rates)
         return length(change) / (2 * shift * speed)
 
 
-def motion(system: System, z: np.ndarray, threads: int = 1) -> Motion:
+def motion(system: System, z: np.ndarray, threads: int = 1) -> MotionScales:
     """Return the scales of the orbits from z (2n, orbits), from a look at some ten radians of each.
 
     The step of the look is adapted to the frequency found until it is about a fifth of a radian.
@@ -263,7 +264,7 @@ def motion(system: System, z: np.ndarray, threads: int = 1) -> Motion:
     orbits = z.shape[1]
     one = np.zeros(orbits)
     each = np.zeros((n, orbits))
-    found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
+    found = MotionScales(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
 
     def look(at: slice) -> None:
         for start in range(at.start, at.stop, TOGETHER):
@@ -275,7 +276,7 @@ def motion(system: System, z: np.ndarray, threads: int = 1) -> Motion:
     return found
 
 
-def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
+def _motion_of_map(system: System, z: np.ndarray, threads: int) -> MotionScales:
     """Return the scales of a map's orbits: rate 1 per iterate; coordinates: half the extent of LOOKS iterates, or the
     period over 2 pi; momenta: those times the ratio sqrt(|dp'/dq|/|dq'/dp|) at the start, for an angle the momentum
     that turns it by a radian in one iterate.
@@ -311,10 +312,10 @@ def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
                 position[i, part] = size
                 momentum[i, part] = size * ratio
     never = np.full((n, orbits), math.inf)
-    return Motion(one, np.zeros(orbits), position, momentum, radius, one.copy(), one.copy(), never)
+    return MotionScales(one, np.zeros(orbits), position, momentum, radius, one.copy(), one.copy(), never)
 
 
-def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
+def _observed(system: System, z: np.ndarray, threads: int) -> MotionScales:
     """Look at the orbits with steps that are adapted until they suit."""
     n = z.shape[0] // 2
     orbits = z.shape[1]
@@ -378,7 +379,9 @@ def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
         far = np.maximum(far, 1.0)
         pace = np.maximum(np.maximum(whole, around), drive)
-        return Motion(whole, kinetic, position, momentum=momentum, radius=radius, far=far, pace=pace, winding=winding)
+        return MotionScales(
+            whole, kinetic, position, momentum=momentum, radius=radius, far=far, pace=pace, winding=winding
+        )
 
 
 def _look(

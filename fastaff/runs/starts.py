@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.foreign import read_by
+from ..core.foreign import dispatch_adapter
 from ..core.numbers import numbers, shown
 from ..systems.models.mechanics import System, system_of
 
@@ -46,7 +46,7 @@ def starts_of(value: Any, model: Any = None) -> Any:
     """Return the phase points of a grid or a sample of them, of a table or a labelled array, or of another tool;
     anything else as it is.
     """
-    if (found := read_by("starts", value, "z0")) is not None:
+    if (found := dispatch_adapter("starts", value, "z0")) is not None:
         return found
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = getattr(value, "z0", value)

@@ -8,11 +8,11 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import numbers
 from ..core.status import Status
 from ..core.sums import length
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
 from ..systems.models.contracts import Dynamics
 from ..systems.models.mechanics import System, at_points, stacked
@@ -54,8 +54,8 @@ class TangentMap(Result):
         return chart_row(self.z, name)
 
 
-@takes(z0=starts_of, scheme=scheme_of)
-@recorded
+@coerces_arguments(z0=starts_of, scheme=scheme_of)
+@records_call
 def tangent_map(
     body: Dynamics,
     z0: Starts,
@@ -115,7 +115,7 @@ def tangent_map(
     start = carried(checked_deviations(deviations, flow.states(z)), flow.system, 1)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
-    with keeping("tangent_map", lambda: _assembled(flow, ensemble, time, options.drift)):
+    with partial_result_on_interrupt("tangent_map", lambda: _assembled(flow, ensemble, time, options.drift)):
         flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)
     return _assembled(flow, ensemble, time, options.drift)
 

@@ -16,10 +16,10 @@ import numpy as np
 from ..core.numbers import Passes
 from ..core.status import Status
 from ..systems.models.mechanics import System, at_points
-from .accuracy import AGAIN, LOST, NOISE, Steps, counted
+from .accuracy import AGAIN, LOST, NOISE, Steps, effective_distance
 from .flow import Flow
 from .launch import Report
-from .scales import Motion
+from .scales import MotionScales
 from .schemes.catalogue import VERNER9
 from .trials import SPAN
 
@@ -99,7 +99,7 @@ PAIRS = 4
 """Most pairs of runs, the first included; each has tolerances RATIO times smaller than the one before."""
 
 
-def tolerances(found: Motion, time: float, accuracy: float, most: Any = RADIANS) -> np.ndarray:
+def tolerances(found: MotionScales, time: float, accuracy: float, most: Any = RADIANS) -> np.ndarray:
     """Return the tolerances (orbits,), powers of 4, that should reach an accuracy: NaN where a run is not short, which
     it is up to `most` radians, for all or each.
     """
@@ -110,12 +110,12 @@ def tolerances(found: Motion, time: float, accuracy: float, most: Any = RADIANS)
     return np.where((phase <= most) & (level >= FINEST / CLOSE), np.fmax(level, FINEST), np.nan)
 
 
-def longer(found: Motion, time: float, chosen: np.ndarray) -> np.ndarray:
+def max_radians(found: MotionScales, time: float, chosen: np.ndarray) -> np.ndarray:
     """Return the radians (orbits,) up to which chosen orbits are run with tolerances: none where short runs were."""
     return np.where(chosen & (time * found.pace > RADIANS), np.inf, 0.0)
 
 
-def last(found: Motion, time: float, accuracy: float, error: np.ndarray, energy: np.ndarray) -> np.ndarray:
+def last(found: MotionScales, time: float, accuracy: float, error: np.ndarray, energy: np.ndarray) -> np.ndarray:
     """Return the tolerances (orbits,) of runs after equal steps, NaN where none, for orbits whose first coordinates
     have these errors, and these energy errors.
 
@@ -132,8 +132,8 @@ def last(found: Motion, time: float, accuracy: float, error: np.ndarray, energy:
     return np.where(np.isinf(error) & ~short & np.isfinite(level), level, np.where(missed & hope, FINEST, np.nan))
 
 
-def beyond(
-    steps: Steps, found: Motion, time: float, accuracy: float, error: np.ndarray, rest: np.ndarray
+def steps_for_remaining(
+    steps: Steps, found: MotionScales, time: float, accuracy: float, error: np.ndarray, rest: np.ndarray
 ) -> tuple[Steps, np.ndarray]:
     """Return steps of the orbits that short runs have left, and their numbers, some of `rest`; the order is UNSURE
     where a run is short, if its error (orbits,) is AMPLIFIED. Orbits that have a result, hence a finite error, are left
@@ -161,7 +161,9 @@ def with_tolerance(flow: Any, tolerance: float) -> Flow:
     return replace(flow, scheme=VERNER9, step=np.inf, rtol=tolerance, atol=tolerance)
 
 
-def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def tolerance_errors(
+    found: MotionScales, apart: np.ndarray, times: np.ndarray, tolerance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors (moments, orbits) at `times` of runs with these tolerances (orbits,) at a distance `apart` from
     those with tolerances RATIO times as large: a PART of it, rounding errors, amplified as the tolerance's are, and the
     usual error of the tolerance, as both may have taken the same steps; and the latter.
@@ -170,16 +172,16 @@ def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndar
     with np.errstate(all="ignore"):
         rounding = 4 * NOISE * found.far * (np.maximum(phase / SPAN, 1.0) ** 1.5 + 8 * apart / (RATIO * tolerance))
         usual = tolerance * _usual(found, phase)
-        error = counted(apart, np.full_like(apart, PART)) + rounding + usual
+        error = effective_distance(apart, np.full_like(apart, PART)) + rounding + usual
     return np.maximum.accumulate(np.where(np.isfinite(error), error, np.inf), axis=0), usual
 
 
-def _usual(found: Motion, phase: np.ndarray) -> np.ndarray:
+def _usual(found: MotionScales, phase: np.ndarray) -> np.ndarray:
     """Return the usual errors, over the tolerance, at these phases."""
     return found.far * np.maximum(LOWEST * phase**1.5, 1.0)
 
 
-def tightened(
+def refine_tolerances(
     tolerance: np.ndarray,
     accuracy: float,
     run: Callable[[np.ndarray, np.ndarray, Report | None, float], Any],

@@ -13,8 +13,8 @@ from ..systems.models.mechanics import System
 from . import observers
 from .flow import Flow, no_memory
 from .requirements import energy_drift
-from .scales import Motion, typical_rate
-from .schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
+from .scales import MotionScales, typical_rate
+from .schemes.automatic import TRIAL_ORBITS, Automatic, CandidateTrial, spread, trial_rounds
 from .schemes.catalogue import DOP853, Nystrom, RungeKutta, Splitting
 
 SPAN = 16.0
@@ -60,7 +60,7 @@ which a chaotic orbit amplifies and no step reduces.
 """
 
 
-def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
+def round_down_to_grid(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
     """Return steps time/(parts*N), at most as long as the given ones, with N from 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14,
     16, 20, ...
     """
@@ -79,15 +79,15 @@ class Chosen(NamedTuple):
     order: np.ndarray
 
 
-def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) -> Chosen:
+def chosen_steps(flow: Flow, z: np.ndarray, found: MotionScales, error: np.ndarray) -> Chosen:
     """Return for each orbit (orbits,) the step whose error over SPAN radians of its motion is `error`.
 
-    The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`).
-    Steps are tried until one is near, over a shorter time where the pace is much faster; errors below MEASURABLE follow
-    from the order. If no step down to FINEST radians reaches it, the step is FINEST; if shorter ones no longer help, it
-    is the one before them. The order is the scheme's, or a lower one that two trials show: steps may be too coarse for
-    the former, or forces not smooth. Every orbit is treated by itself.
-    Cost: some 500 steps an orbit.
+    The error of a step is the distance from the states with half of it, in units of the motion's amplitudes
+    (`MotionScales`). Steps are tried until one is near, over a shorter time where the pace is much faster; errors
+    below MEASURABLE follow from the order. If no step down to FINEST radians reaches it, the step is FINEST; if
+    shorter ones no longer help, it is the one before them. The order is the scheme's, or a lower one that two trials
+    show: steps may be too coarse for the former, or forces not smooth. Every orbit is treated by itself. Cost: some
+    500 steps an orbit.
     """
     orbits = z.shape[1]
     rate = found.rate
@@ -147,7 +147,7 @@ def sampled(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, radiu
     return tried.sampled(tried.ensemble(z.copy(), radius=radius), SAMPLES, time=time).transpose(1, 2, 0)
 
 
-def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found: Motion) -> np.ndarray:
+def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found: MotionScales) -> np.ndarray:
     """Return the largest distance between states with each orbit's step and with half of it, at SAMPLES moments; inf
     where none.
     """
@@ -190,7 +190,7 @@ def sample_of(system: System, z: np.ndarray, radians: float, time: float | None,
 
 def trials_in_time(
     system: System, z: np.ndarray, scheme: Automatic, rtol: float, atol: float, threads: int, time: float | None
-) -> list[Trial]:
+) -> list[CandidateTrial]:
     """Try the candidates that step in time itself on a sample of orbits, for 60/omega at a time.
 
     The error of an adaptive scheme is extended in proportion to a run over `time`.
@@ -207,7 +207,7 @@ def trials_in_time(
         else:
             flow, worst = try_steps(flow, sample, scheme.bound)
             steps = sample.span / float(flow.step)
-        tried.append(Trial(candidate, float(flow.step), worst, steps * candidate.evaluations / sample.span))
+        tried.append(CandidateTrial(candidate, float(flow.step), worst, steps * candidate.evaluations / sample.span))
     return tried
 
 

@@ -48,7 +48,7 @@ STRIDES = 200
 """Number of these steps."""
 
 
-class Box(NamedTuple):
+class AccessibleBox(NamedTuple):
     """Ranges low, high (d,) of the coordinates of all bounded wells; the least value in them; whether another allowed
     region reaches into the box.
     """
@@ -101,7 +101,7 @@ def potential_of(model: Any) -> Floor:
     return V
 
 
-def box_of(floor: Floor, d: int, energy: float) -> Box:
+def box_of(floor: Floor, d: int, energy: float) -> AccessibleBox:
     """Return the box of all bounded wells found below an energy. Raises NoWell if there is none."""
     at, value = minima(floor, d)
     if not value.size or not value[0] < energy:
@@ -121,7 +121,7 @@ def box_of(floor: Floor, d: int, energy: float) -> Box:
     wide = MARGIN * (high - low)
     low = low - wide
     high = high + wide
-    return Box(low, high, least, _leaks(floor, energy, low, high))
+    return AccessibleBox(low, high, least, _leaks(floor, energy, low, high))
 
 
 def walled(floor: Floor, periods: Sequence[float]) -> Floor:
@@ -137,7 +137,7 @@ def walled(floor: Floor, periods: Sequence[float]) -> Floor:
     return within_walls
 
 
-def box_of_angles(floor: Floor, periods: Sequence[float], energy: float) -> Box:
+def box_of_angles(floor: Floor, periods: Sequence[float], energy: float) -> AccessibleBox:
     """Return the box of wells of coordinates with these periods, 0 for none: within half of one around 0."""
     box = box_of(walled(floor, periods), len(periods), energy)
     half = np.array(periods) / 2
@@ -159,7 +159,7 @@ def least_within(floor: Floor, low: np.ndarray, high: np.ndarray) -> float:
     return float(descended(inner, start, np.broadcast_to(width / 8, start.shape), rounds=60)[1].min())
 
 
-def within(floor: Floor, box: Box, x: np.ndarray) -> np.ndarray:
+def within(floor: Floor, box: AccessibleBox, x: np.ndarray) -> np.ndarray:
     """Return a mask of points x (d, points) of a leaky box in wells that end within it: small steps down stay there."""
     width = (box.high - box.low)[:, None]
     bottom = descended(floor, x, np.broadcast_to(STRIDE * width, x.shape), grow=1.0, rounds=STRIDES)[0]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, fits
 from ..core.status import Status
 from ..engine.kernels import crossings as kernels
@@ -36,7 +36,7 @@ LATER = 0.02
 """Work of orbits that have lost a suspected crossing and go on, relative to that of all."""
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
-NUDGE = 1e-6
+FD_STEP = 1e-6
 """Displacement, in amplitudes of the motion or relative, for slopes of the section function."""
 START = 8 * float(np.finfo(float).eps)
 """Section function at the start, relative to its changes with z and over a step, and time after max_time, that are
@@ -63,7 +63,7 @@ class Crossings(NamedTuple):
     tolerance: float
 
 
-class Beside(NamedTuple):
+class ReferenceCrossings(NamedTuple):
     """The crossings (crossings, orbits) of another run, and the largest differences (orbits,) in time of the same
     crossings: runs that are compared with it end where they have parted.
     """
@@ -80,7 +80,7 @@ def crossed(
     report,
     radius=None,
     wear=None,
-    beside: Beside | None = None,
+    beside: ReferenceCrossings | None = None,
 ) -> tuple[SectionMap, np.ndarray]:
     """Follow the orbits once; return their crossings and the times that they reached.
 
@@ -129,7 +129,7 @@ def crossed(
             result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
         return result
 
-    with keeping("poincare_map", lambda: found(True)):
+    with partial_result_on_interrupt("poincare_map", lambda: found(True)):
         start_crossings(flow, memory, section, ensemble)
         follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
     return found(False), ensemble.time
@@ -157,9 +157,9 @@ def start_crossings(
     n = flow.model.degrees_of_freedom
     with np.errstate(all="ignore"):
         value = _section_values(section, z)
-        change = (_section_values(section, z + NUDGE * ensemble.ahead * flow.system.slopes(z)) - value) / NUDGE
-        nudged = z[:, None] * (1 + NUDGE * np.eye(2 * n)[:, :, None])
-        size = np.abs(change) + np.abs(_section_values(section, nudged) - value).sum(axis=0) / NUDGE
+        change = (_section_values(section, z + FD_STEP * ensemble.ahead * flow.system.slopes(z)) - value) / FD_STEP
+        nudged = z[:, None] * (1 + FD_STEP * np.eye(2 * n)[:, :, None])
+        size = np.abs(change) + np.abs(_section_values(section, nudged) - value).sum(axis=0) / FD_STEP
         leaving = np.where(np.abs(change) > 1e-9 * size, kernels.BARELY * np.sign(change), 0.0)
         memory[kernels.ROWS.before] = np.where((np.abs(value) <= START * size) | on, leaving, value)
     before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
@@ -253,7 +253,7 @@ def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> bool:
     back = memory[at.time_before] - memory[at.time_earlier]
     with np.errstate(all="ignore"):
         now = _section_values(section, after.points)
-        dip = last & kernels.dips(memory[at.earlier], memory[at.before], now, back, step)
+        dip = last & kernels.may_touch_zero(memory[at.earlier], memory[at.before], now, back, step)
     for o in np.flatnonzero(dip):
         slot = int(memory[at.written, o])
         for k, kind in enumerate((kernels.LOWER, kernels.UPPER)):

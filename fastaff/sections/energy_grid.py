@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.interruption import imported
 from ..core.numbers import an_array, fits, numbers, real, shown
-from ..results.calls import recorded, takes
+from ..results.calls import coerces_arguments, records_call
 from ..results.result import Result, along
 from ..runs.requirements import checked_model, checked_section, current_system
 from ..systems.formulas.section_text import section_in_words, section_of
@@ -63,8 +63,8 @@ class EnergyGrid(Result):
         return array.reshape(self.forbidden.shape)
 
 
-@takes(section=section_of, axes=by_name, fixed=by_name)
-@recorded
+@coerces_arguments(section=section_of, axes=by_name, fixed=by_name)
+@records_call
 def energy_grid(
     body: Dynamics,
     *,

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ..core.numbers import entries, fits, flag, shown, span, whole
-from ..results.calls import recorded, takes
+from ..results.calls import coerces_arguments, records_call
 from ..results.result import Result, along
 from ..runs.requirements import checked_model, current_system
 from ..systems.formulas.section_text import section_of
@@ -22,7 +22,7 @@ from .invariant_measure import Measure, Ranges, measure_of, ranges_of
 from .named_axes import NO_OTHERS, Axes, Others, are_named, by_name, checked_energy, checked_sign
 from .section_edge import parts
 from .section_points import radii_over, slopes_over
-from .surface_points import Surface
+from .surface_points import SurfaceMeasure
 
 STEEPEST = 65
 """Places of a section at which its slope is computed."""
@@ -56,8 +56,8 @@ Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator | n
 """Seeds that `numpy.random.default_rng` takes."""
 
 
-@takes(section=section_of, axes=by_name, fixed=by_name)
-@recorded
+@coerces_arguments(section=section_of, axes=by_name, fixed=by_name)
+@records_call
 def energy_sample(
     body: Dynamics,
     *,
@@ -169,7 +169,7 @@ def on_section(system: System, section: Any, axes: Any = None, others: Others = 
 
 def source_of(
     system: System, energy: Any, section: Any, axes: Any, others: Others, planes: tuple[Any, Any]
-) -> Measure | Surface | Ranges:
+) -> Measure | SurfaceMeasure | Ranges:
     """Return the source of points of any number of degrees of freedom; errors name the wrong argument."""
     checked_model(system.model, needs="a start by rows")
     energy = checked_energy(system, energy)
@@ -200,8 +200,8 @@ def _seed(seed: Any, rng: Any) -> Any:
     try:
         np.random.default_rng(value)
     except (TypeError, ValueError) as problem:
-        takes = "one of numpy.random.default_rng, such as a whole number of at least 0"
-        raise type(problem)(f"{name} must be {takes}, got {shown(value)}") from None
+        taken = "one of numpy.random.default_rng, such as a whole number of at least 0"
+        raise type(problem)(f"{name} must be {taken}, got {shown(value)}") from None
     return value
 
 
@@ -211,7 +211,7 @@ Box = tuple[tuple[float, float], tuple[float, float]]
 class OfSource(NamedTuple):
     """Random points of any number of degrees of freedom."""
 
-    source: Measure | Surface | Ranges
+    source: Measure | SurfaceMeasure | Ranges
 
     def draw(self, count: int, seed: Any) -> EnergySample:
         """Return so many points."""

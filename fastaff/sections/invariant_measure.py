@@ -15,10 +15,10 @@ import numpy as np
 from ..core.names import named
 from ..core.numbers import span
 from ..systems.models.mechanics import System
-from .accessible_box import Box, NoWell, box_of_angles, least_within, walled, within
+from .accessible_box import AccessibleBox, NoWell, box_of_angles, least_within, walled, within
 from .energy_limits import NotReached, too_low
 from .named_axes import Launching, Others, angle_names, angles_of, checked_names, launching, section_row
-from .surface_points import Surface, no_well, surface_of
+from .surface_points import SurfaceMeasure, no_well, surface_of
 from .surface_roots import backward, cholesky, forward
 
 BATCH = 4096
@@ -121,7 +121,7 @@ class Measure(NamedTuple):
     energy: float
     at: tuple[float, ...]
     free: tuple[int, ...]
-    box: Box
+    box: AccessibleBox
     sign: int
     heaviest: float = 0.0
     momenta_within: tuple[tuple[int, float, float], ...] = ()
@@ -290,7 +290,7 @@ def ranges_of(system: System, energy: float, section: Any, axes: Any, others: Ot
     return Ranges(made, tuple(ranges.values()))
 
 
-def measure_of(system: System, energy: float, section: Any, axes: Any) -> Measure | Surface:
+def measure_of(system: System, energy: float, section: Any, axes: Any) -> Measure | SurfaceMeasure:
     """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached if the energy
     reaches no point, ValueError if the region is unbounded.
     """
@@ -316,7 +316,7 @@ def measure_of(system: System, energy: float, section: Any, axes: Any) -> Measur
         sign = sign or 1
         at[first] = value
         free.remove(first)
-    nothing = Box(np.zeros(1), np.zeros(1), 0.0, False)
+    nothing = AccessibleBox(np.zeros(1), np.zeros(1), 0.0, False)
     made = Measure(Momenta.of(system, first), energy, tuple(at), tuple(free), nothing, sign)
     ends = {system.row_names.index(named("axes", name, made.names)): both for name, both in given.items()}
     momenta = tuple((row, *both) for row, both in ends.items() if row >= n)
@@ -331,7 +331,7 @@ def _ranges(axes: Any, system: System) -> dict[str, tuple[float, float]]:
     return {name: span(f"axes[{name!r}]", ends) for name, ends in found.items()}
 
 
-def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
+def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> AccessibleBox:
     """Return the box to draw from: the ranges given, those found where they are left open."""
     system = measure.momenta.system
     energy = measure.energy
@@ -359,4 +359,4 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
         raise ValueError(
             f"axes must leave out where the potential of {type(system.model).__name__} is not bounded below"
         )
-    return Box(low, high, least, False)
+    return AccessibleBox(low, high, least, False)

@@ -46,7 +46,7 @@ CHAOS = 1.5
 """Digits fewer than asked for that a chaotic orbit must have: its rotation number converges like N^(-1/2)."""
 
 
-class Kind(IntEnum):
+class SectionKind(IntEnum):
     """Kind of an orbit by its points on a section."""
 
     CURVE = 0
@@ -78,11 +78,11 @@ class Rotation(Result):
 class Islands(Result):
     """Kinds of section orbits, with the places and sizes of islands.
 
-    kind (orbits,) of `Kind`; turning: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q islands,
-    0 where there is none; centres, extents (2, most, orbits): the mean point of each island in the order of visits and
-    its full size in the two coordinates, NaN past q; inner, inner_error (orbits,): turns about the first island's
-    centre in q crossings, NaN where q is 0; status (orbits,) of `Status`. Points that keep to q sectors without going
-    around the centre have p = 0.
+    kind (orbits,) of `SectionKind`; turning: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q
+    islands, 0 where there is none; centres, extents (2, most, orbits): the mean point of each island in the order of
+    visits and its full size in the two coordinates, NaN past q; inner, inner_error (orbits,): turns about the first
+    island's centre in q crossings, NaN where q is 0; status (orbits,) of `Status`. Points that keep to q sectors
+    without going around the centre have p = 0.
     """
 
     kind: Annotated[np.ndarray, along("orbit")]
@@ -110,7 +110,7 @@ class Islands(Result):
     def summary(self) -> str:
         """Return one line with the number of orbits of each kind."""
         kinds, counts = np.unique(self.kind, return_counts=True)
-        return "; ".join(f"{count} {Kind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
+        return "; ".join(f"{count} {SectionKind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
 
 
 @says_progress
@@ -216,9 +216,11 @@ def islands(
     orbits = counts.size
     rounded = _rounded(points, counts, middle)
     fits("max_period", orbits, max_period, 4)
-    kind = np.where((turning.digits >= digits) & (turning.status == Status.OK), Kind.CURVE, Kind.UNDECIDED)
+    kind = np.where(
+        (turning.digits >= digits) & (turning.status == Status.OK), SectionKind.CURVE, SectionKind.UNDECIDED
+    )
     for o in np.flatnonzero((turning.digits < digits - CHAOS) & (turning.status == Status.OK)):
-        kind[o] = Kind.CHAOTIC if scattered(rounded[o, : counts[o]]) else Kind.UNDECIDED
+        kind[o] = SectionKind.CHAOTIC if scattered(rounded[o, : counts[o]]) else SectionKind.UNDECIDED
     p, q = np.zeros((2, orbits), np.int64)
     centres, extents = np.full((2, orbits, max_period, 2), np.nan)
     inner, inner_error = np.full((2, orbits), np.nan)
@@ -232,13 +234,13 @@ def islands(
             near &= (turning.error < 0.5 / np.maximum(counts, 1)) | still
         else:
             near &= ~still
-        tried = np.flatnonzero(near & (kind == Kind.CURVE) & (counts >= 4 * period))
+        tried = np.flatnonzero(near & (kind == SectionKind.CURVE) & (counts >= 4 * period))
         if not tried.size:
             continue
         sub = _visits(points[tried], counts[tried], period)
         apart, returns = _sectors(_visits(rounded[tried], counts[tried], period))
         returns |= still[tried]
-        kind[tried[apart]] = np.where(returns[apart], Kind.ISLANDS, Kind.UNDECIDED)
+        kind[tried[apart]] = np.where(returns[apart], SectionKind.ISLANDS, SectionKind.UNDECIDED)
         found = tried[apart]
         p[found] = np.where(2 * nearest[found] == -period, period / 2, nearest[found])
         q[found] = period

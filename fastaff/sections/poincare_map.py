@@ -7,20 +7,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.interruption import Interrupted, keeping
+from ..core.interruption import Interrupted, partial_result_on_interrupt
 from ..core.numbers import fits, portion, positive, whole
 from ..core.status import Status
-from ..engine.kernels.crossing_roots import lean
+from ..engine.kernels.crossing_roots import conditioning_of
 from ..engine.threads import by_portions
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import put
-from ..runs.accuracy import Steps, halved, planned, until
-from ..runs.flow import Flow, Wear
+from ..runs.accuracy import Steps, planned, refine_steps, until
+from ..runs.flow import Damping, Flow
 from ..runs.launch import Report, launch, units
 from ..runs.observers import bound
 from ..runs.options import Options, Problem
 from ..runs.requirements import check_given, checked_section, checked_system, phase_points
-from ..runs.scales import Motion, motion, typical_rate
+from ..runs.scales import MotionScales, motion, typical_rate
 from ..runs.schemes.automatic import Automatic
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.schemes.time_transformed import TimeTransformed
@@ -29,7 +29,7 @@ from ..systems.formulas.section_text import section_of
 from ..systems.models.contracts import Dynamics, Section
 from ..systems.models.mechanics import System
 from ..systems.models.sections import Stroboscopic
-from .crossing_run import COMPARED, NUDGE, PORTION, Beside, Crossings, crossed
+from .crossing_run import COMPARED, FD_STEP, PORTION, Crossings, ReferenceCrossings, crossed
 from .section_map import SectionMap
 from .stroboscopic import strobed
 
@@ -44,8 +44,8 @@ PARTED = 0.2
 """Radians of the motion between crossings of two runs from which on the coarser run is not compared."""
 
 
-@takes(z0=starts_of, section=section_of, scheme=scheme_of)
-@recorded
+@coerces_arguments(z0=starts_of, section=section_of, scheme=scheme_of)
+@records_call
 def poincare_map(
     body: Dynamics,
     z0: Starts,
@@ -192,13 +192,13 @@ def _iterated(flow: Flow, system: System, z: np.ndarray, wanted: int, report: Re
         step=flow.step,
         names=system.row_names,
     )
-    with keeping("poincare_map", lambda: found):
+    with partial_result_on_interrupt("poincare_map", lambda: found):
         if interrupted:
             raise KeyboardInterrupt
     return found
 
 
-class _Crossings(NamedTuple):
+class _CrossingRun(NamedTuple):
     """Orbits after a run: their map and the times they reached."""
 
     found: SectionMap
@@ -209,12 +209,12 @@ class _Crossings(NamedTuple):
         """The statuses (orbits,)."""
         return self.found.status
 
-    def of(self, orbits: np.ndarray) -> _Crossings:
+    def of(self, orbits: np.ndarray) -> _CrossingRun:
         """Return the crossings of some of the orbits."""
-        return _Crossings(self.found.take(orbits), self.reached[orbits])
+        return _CrossingRun(self.found.take(orbits), self.reached[orbits])
 
 
-def slants(system: System, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
+def crossing_conditioning(system: System, section: Any, points: np.ndarray, scales: MotionScales) -> np.ndarray:
     """Return the ratio of the error of a crossing to that of its state (crossings, orbits), at least 1, NaN where there
     is none.
 
@@ -228,7 +228,7 @@ def slants(system: System, section: Any, points: np.ndarray, scales: Motion) -> 
         speed = system.slopes(z) / scales.rate[:, None]
     function = bound("value", section, system.n, 0)
     flat = z.reshape(len(z), -1), size, speed.reshape(len(z), -1), result.reshape(-1)
-    launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, 1, None, float(result.size))
+    launch(conditioning_of, (function, FD_STEP, *flat), units(result.size), 0.0, 1, None, float(result.size))
     return result.T
 
 
@@ -261,11 +261,11 @@ def _accurate(flow, system: System, z, crossings: Crossings, accuracy, report) -
         accurate_until=np.zeros(orbits),
     )
 
-    def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, fine) -> _Crossings:
+    def run(orbits: np.ndarray, step: np.ndarray, wear: Damping | None, report: Report | None, fine) -> _CrossingRun:
         used = np.full(len(step), np.inf) if flow.adaptive else step
         start = np.ascontiguousarray(z[:, orbits])
         motion = steps.motion
-        beside = None if fine is None else Beside(fine.found.times, PARTED / motion.rate[orbits])
+        beside = None if fine is None else ReferenceCrossings(fine.found.times, PARTED / motion.rate[orbits])
         try:
             part, reached = crossed(
                 flow.sized(step), system, start, crossings, report, motion.radius[orbits], wear, beside
@@ -275,29 +275,29 @@ def _accurate(flow, system: System, z, crossings: Crossings, accuracy, report) -
             there = replace(stopped.partial, step=used) if fine is None else fine.found
             put(result, orbits, replace(there, status=unfinished))
             raise
-        return _Crossings(replace(part, step=used), reached)
+        return _CrossingRun(replace(part, step=used), reached)
 
-    def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray, weight: np.ndarray | None) -> tuple:
+    def compare(fine: _CrossingRun, coarse: _CrossingRun, orbits: np.ndarray, weight: np.ndarray | None) -> tuple:
         return _compared(system, section, steps.motion.of(orbits), fine.found, coarse.found, weight, flow.threads)
 
-    def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
+    def keep(orbits: np.ndarray, fine: _CrossingRun, chosen: np.ndarray, error: np.ndarray) -> None:
         together = chosen.size and chosen[-1] - chosen[0] < chosen.size  # taken without a copy
         which: Any = slice(chosen[0], chosen[-1] + 1) if together else chosen
         _put(result, steps, accuracy, fine, which, orbits[which], error[:, which])
 
-    def drifts(run: _Crossings) -> np.ndarray:
+    def drifts(run: _CrossingRun) -> np.ndarray:
         return run.found.status == Status.ENERGY_DRIFT
 
     # Runs that are compared take several times the memory of their result: some orbits run at a time.
     parts = max(1, min(orbits, 8 * COMPARED * wanted * rows * orbits // PORTION))
-    with keeping("poincare_map", lambda: result):
+    with partial_result_on_interrupt("poincare_map", lambda: result):
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
             told = portion(report, number, parts)
-            halved(flow, steps.of(part), accuracy, run, compare, keep, drifts, part, told)
+            refine_steps(flow, steps.of(part), accuracy, run, compare, keep, drifts, part, told)
     return result
 
 
-def _put(result: SectionMap, steps: Steps, accuracy, run: _Crossings, which, where: np.ndarray, error) -> None:
+def _put(result: SectionMap, steps: Steps, accuracy, run: _CrossingRun, which, where: np.ndarray, error) -> None:
     """Put the orbits `which` of a run into the result, at the numbers `where`, with their errors."""
     part = run.found.take(which)
     scales = steps.motion.of(where)
@@ -309,9 +309,10 @@ def _put(result: SectionMap, steps: Steps, accuracy, run: _Crossings, which, whe
 
 
 def _compared(
-    system: System, section, motion: Motion, fine: SectionMap, coarse: SectionMap, slant, threads: int
+    system: System, section, motion: MotionScales, fine: SectionMap, coarse: SectionMap, slant, threads: int
 ) -> tuple:
-    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`, where
+    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and
+    `crossing_conditioning`, where
     these are not given.
     """
     whole = np.empty((3, *fine.times.T.shape)).transpose(0, 2, 1)  # as crossings lie in memory
@@ -324,7 +325,7 @@ def _compared(
             late = np.abs(times - coarse.times[:, at]) * scales.rate
             apart = scales.between(points.transpose(1, 0, 2), coarse.points[..., at].transpose(1, 0, 2), 1)
             apart = np.maximum(apart, late)
-            times_worse = slants(system, section, points, scales) if slant is None else slant[:, at]
+            times_worse = crossing_conditioning(system, section, points, scales) if slant is None else slant[:, at]
             straight = apart / times_worse
         same = np.isfinite(apart) & (apart < SAME)
         # After the last crossing there is nothing to compare; after one that a run lacks nothing is known.

@@ -56,7 +56,7 @@ class Edge(Result, axis=None):
         return (float(self.coordinate[0]), float(self.coordinate[-1])), (low, high)
 
 
-class Part(NamedTuple):
+class EdgePart(NamedTuple):
     """A bounded part of a section: ranges of the coordinate and of the momentum."""
 
     low: float
@@ -124,7 +124,7 @@ def _edge_of(pieces: list[Sides]) -> Edge:
     return Edge(u, (high - low) / 2, (low + high) / 2)
 
 
-def parts(where: Where) -> list[Part]:
+def parts(where: Where) -> list[EdgePart]:
     """Return the pieces of the section of any system."""
     system = where.system
     section = where.section
@@ -132,7 +132,7 @@ def parts(where: Where) -> list[Part]:
         return _bounded_parts(where)
     box = surface_of(system, where.energy, section, None).box
     k = 2 - system.names.index(section_row(system, section)[0])
-    return [Part(*map(float, (box.low[0], box.high[0], box.low[k], box.high[k])))]
+    return [EdgePart(*map(float, (box.low[0], box.high[0], box.low[k], box.high[k])))]
 
 
 def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[float, float]:
@@ -151,7 +151,7 @@ def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[
     return centre - top, centre + top
 
 
-def _usual(where: Where, rest: Function, part: Part) -> Part:
+def _usual(where: Where, rest: Function, part: EdgePart) -> EdgePart:
     """Return a piece of a section with the range of momenta that USUAL of its length needs."""
     u = part.low + (part.high - part.low) * (np.arange(LOOKS) + 0.5) / LOOKS
     if _of_ellipses(where.system):
@@ -161,7 +161,7 @@ def _usual(where: Where, rest: Function, part: Part) -> Part:
         half = np.sqrt(np.maximum(evaluated(rest, u, np.zeros(u.size, np.int64))[0], 0.0))
         bottom = centre - half
         top = centre + half
-    return Part(part.low, part.high, float(np.quantile(bottom, 1 - USUAL)), float(np.quantile(top, USUAL)))
+    return EdgePart(part.low, part.high, float(np.quantile(bottom, 1 - USUAL)), float(np.quantile(top, USUAL)))
 
 
 def _centre(system: System, section: Any) -> float:
@@ -174,7 +174,7 @@ def _centre(system: System, section: Any) -> float:
     return float(system.at_rest(q)[1 - i])
 
 
-def _bounded_parts(where: Where) -> list[Part]:
+def _bounded_parts(where: Where) -> list[EdgePart]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
     system, section, energy = where[:3]
     rest = _rest(where)
@@ -194,7 +194,7 @@ def _bounded_parts(where: Where) -> list[Part]:
     parts = []
     endless = len(bounded) > ENDLESS
     for low, high in [min(bounded, key=lambda ends: abs(ends[0] + ends[1]))] if endless else bounded:
-        parts.append(Part(low, high, *_momenta_of(where, rest, low, high)))
+        parts.append(EdgePart(low, high, *_momenta_of(where, rest, low, high)))
     if not parts or not all(np.isfinite([part.bottom, part.top]).all() for part in parts):
         if below := where.too_low():
             raise NotReached(below)

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import fits, portion
 from ..core.status import Status
 from ..runs import observers
-from ..runs.accuracy import Steps, halved, planned, until
-from ..runs.flow import Flow, Wear, energy_error, no_memory
+from ..runs.accuracy import Steps, planned, refine_steps, until
+from ..runs.flow import Damping, Flow, energy_error, no_memory
 from ..runs.integrate import Compared
 from ..runs.launch import Report
 from ..runs.options import Options, Problem
@@ -66,7 +66,7 @@ class _Strobed:
         goal = self.options.goal()
         report = self.options.report
         steps = None if goal is None else self._steps(goal)  # there is nothing to keep yet
-        with keeping("poincare_map", self.result):
+        with partial_result_on_interrupt("poincare_map", self.result):
             if goal is None or steps is None:
                 self._once(report)
             else:
@@ -95,7 +95,7 @@ class _Strobed:
         rows, orbits = self.z.shape
         size = np.concatenate([found.position, found.momentum])
 
-        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, fine) -> Compared:
+        def run(orbits: np.ndarray, step: np.ndarray, wear: Damping | None, report: Report | None, fine) -> Compared:
             try:
                 return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, report)
             except KeyboardInterrupt:
@@ -125,10 +125,10 @@ class _Strobed:
         parts = max(1, min(orbits, 8 * COMPARED * self.wanted * rows * orbits // PORTION))
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
             told = portion(report, number, parts)
-            halved(flow, steps.of(part), goal, run, compare, keep, drifts, part, told)
+            refine_steps(flow, steps.of(part), goal, run, compare, keep, drifts, part, told)
 
     def _follow(
-        self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Wear | None, report: Report | None
+        self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Damping | None, report: Report | None
     ) -> Compared:
         """Run these orbits: to the section, unless they start a period before it, then from period to period; both
         kinds run separately, as each orbit would alone.
@@ -139,7 +139,7 @@ class _Strobed:
             states = np.empty((self.wanted, *whole.z.shape))
             steps = np.empty(orbits.size)
             for some in (np.flatnonzero(on), np.flatnonzero(~on)):
-                worn = None if wear is None else Wear(*(entry[some] for entry in wear))
+                worn = None if wear is None else Damping(*(entry[some] for entry in wear))
                 part = self._follow(flow.of(some), orbits[some], radius[some], worn, report)
                 whole.take(some, part.ensemble)
                 states[..., some] = part.states
@@ -164,7 +164,7 @@ class _Strobed:
         if rest and wear is None:
             states, interrupted = flow.trajectory(ensemble, rest * self.period, rest, report)
         elif rest and wear is not None:
-            states, interrupted = flow.worn(ensemble, rest, wear, time=rest * self.period, report=report)
+            states, interrupted = flow.damped(ensemble, rest, wear, time=rest * self.period, report=report)
         if first:
             ensemble.time += lead
         run = Compared(np.concatenate([*first, states]), ensemble, used)

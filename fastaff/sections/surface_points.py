@@ -16,7 +16,7 @@ import numpy as np
 
 from ..core.names import named
 from ..systems.models.mechanics import System
-from .accessible_box import Box, NoWell, box_of_angles, spread, walled, within
+from .accessible_box import AccessibleBox, NoWell, box_of_angles, spread, walled, within
 from .allowed_region import crossings, extrema
 from .energy_limits import NotReached, may_escape
 from .named_axes import on_surface, section_row
@@ -35,7 +35,7 @@ CHANCE = 3
 """Allowance for chance, in points."""
 
 
-class Surface(NamedTuple):
+class SurfaceMeasure(NamedTuple):
     """The invariant measure of an energy surface over a box of the free rows (d,) of those at (2n,), or of a section;
     the momentum `along` of a section follows from the energy, with a velocity of the sign.
 
@@ -46,7 +46,7 @@ class Surface(NamedTuple):
     energy: float
     at: tuple[float, ...]
     free: tuple[int, ...]
-    box: Box
+    box: AccessibleBox
     along: int | None = None
     sign: int = 0
     heaviest: float = 0.0
@@ -156,7 +156,9 @@ class Surface(NamedTuple):
         return np.where(system.inside(z) & ~np.isnan(energy), energy, np.inf)
 
 
-def surface_of(system: System, energy: float, section: Any, given: dict[str, tuple[float, float]] | None) -> Surface:
+def surface_of(
+    system: System, energy: float, section: Any, given: dict[str, tuple[float, float]] | None
+) -> SurfaceMeasure:
     """Return the invariant measure of an energy surface (section None) or of a section, over ranges of rows by name,
     others bounded by the energy; raises NotReached if it reaches no point, ValueError if the region is unbounded.
     """
@@ -177,12 +179,14 @@ def surface_of(system: System, energy: float, section: Any, given: dict[str, tup
     free = tuple(k for k in range(2 * n) if k != fixed)
     for name in given or {}:
         named("axes", name, [rows[k] for k in free])
-    made = Surface(system, energy, tuple(at), free, Box(np.zeros(1), np.zeros(1), 0.0, False), along, sign)
+    made = SurfaceMeasure(
+        system, energy, tuple(at), free, AccessibleBox(np.zeros(1), np.zeros(1), 0.0, False), along, sign
+    )
     names = tuple(rows[k] for k in free)
     ends = dict(given or {})
     if len(ends) == len(free):
         low, high = np.array([ends[name] for name in names]).T
-        return made._replace(box=Box(low, high, 0.0, False))
+        return made._replace(box=AccessibleBox(low, high, 0.0, False))
     try:
         box = box_of_angles(made._floor, made.turns, energy)
     except NoWell as problem:
@@ -191,7 +195,7 @@ def surface_of(system: System, energy: float, section: Any, given: dict[str, tup
         low, high = (
             np.array([ends.get(name, both)[k] for name, both in zip(names, zip(box.low, box.high))]) for k in (0, 1)
         )
-        box = Box(low, high, 0.0, False)
+        box = AccessibleBox(low, high, 0.0, False)
     return made._replace(box=box)
 
 

@@ -7,17 +7,17 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.status import Status
 from ..engine.threads import checked_threads
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
 from ..runs.launch import Report, launch, units
 from ..runs.requirements import current_system, phase_points
 from ..runs.starts import starts_of
 from ..systems.charts.chart import Chart
 from ..systems.models import Zero
-from ..systems.models.contracts import Model
+from ..systems.models.contracts import SeparableModel
 from .closed_oscillators import closed_form
 from .kernels import closed as tori_closed
 from .kernels import quadrature as tori_quadrature
@@ -83,10 +83,10 @@ class ActionAngles(Result):
         return (self.J[2] + self.J[3]) / 2 if self.separated.isotropic else self.J[3]
 
 
-@takes(z0=starts_of)
-@recorded
+@coerces_arguments(z0=starts_of)
+@records_call
 def action_angles(
-    body: Model,
+    body: SeparableModel,
     z0: Starts,
     *,
     chart: Chart | str | None = None,
@@ -148,7 +148,7 @@ def action_angles(
     error = np.full(n, np.nan)
     status = np.full(n, int(Status.INTERRUPTED))
     out = Tori(z, J, nu, theta, turning, constants, error, status)
-    with keeping("action_angles", lambda: _assembled(separated, out)):
+    with partial_result_on_interrupt("action_angles", lambda: _assembled(separated, out)):
         closed = closed_form(separated)
         if closed is not None:
             kernel, parameters = closed

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..systems.models.regular_variables import Circular, Hyperbolic, Itself, Polar, Radius
+from ..systems.models.regular_variables import Circular, Hyperbolic, Itself, Radius, VarthetaVariable
 from ..systems.models.separable import SeparableElliptic
 
 
-class Motion(NamedTuple):
+class MotionQuantities(NamedTuple):
     """The quantities from which the constants of motion of phase points (orbits,) are made.
 
     A = alpha^2, B = beta^2; kinetic energies of the planes; h = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu); V, the
@@ -62,7 +62,7 @@ class AlphaBetaFamily:
         """Return the coordinates (2, ...) at which kernels start to seek the well of a torus of given actions."""
         return np.array([A, B])
 
-    def values(self, first: Any, second: Any, at: Motion) -> dict[str, np.ndarray]:
+    def values(self, first: Any, second: Any, at: MotionQuantities) -> dict[str, np.ndarray]:
         """Return the constants of motion by name; first, second: the functions of the coordinates."""
         wall_a, wall_b = at.walls
         return {
@@ -82,7 +82,7 @@ class RVarthetaFamily:
     member = "r_vartheta"
     chart = "r-vartheta"
     coordinates = "r", "vartheta"
-    variables = Itself(), Polar()
+    variables = Itself(), VarthetaVariable()
     constants = "E", "h_vartheta"
     eigenvalues = "E", "e_vartheta"
     invertible = True
@@ -95,7 +95,7 @@ class RVarthetaFamily:
         """Return the coordinates (2, ...) at which kernels start to seek the well of a torus of given actions."""
         return np.array([A + B, B / A])
 
-    def values(self, first: Any, second: Any, at: Motion) -> dict[str, np.ndarray]:
+    def values(self, first: Any, second: Any, at: MotionQuantities) -> dict[str, np.ndarray]:
         """Return the constants of motion by name; first, second: the functions of the coordinates."""
         r = at.A + at.B
         wall_a, wall_b = at.walls
@@ -124,7 +124,7 @@ class EllipticFamily:
         """Return the energy of the two separation constants (2, ...)."""
         return constants[0]
 
-    def values(self, first: Any, second: Any, at: Motion) -> dict[str, np.ndarray]:
+    def values(self, first: Any, second: Any, at: MotionQuantities) -> dict[str, np.ndarray]:
         """Return the constants of motion by name; first, second: the functions of the coordinates."""
         s, t = SeparableElliptic(first, second).squares(at.A, at.B)
         wall_a, wall_b = at.walls

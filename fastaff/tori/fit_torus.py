@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..chaos.chaos_map import chaos_map
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, positive
 from ..core.status import Status
 from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.integer_lattice import quotient, relations
 from ..frequencies.orbit_frequencies import orbit_frequencies
-from ..results.calls import Starts, recorded, takes
+from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.progress import says_progress
 from ..runs.given_orbits import ends, given_orbits
 from ..runs.launch import Report
@@ -27,8 +27,8 @@ from ..runs.schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, sche
 from ..runs.starts import starts_of
 from ..systems.models.contracts import Dynamics
 from ..systems.models.mechanics import System
-from .lines import Signals, signals
-from .orbit_samples import Samples, samples_of_flow, samples_of_turns
+from .lines import TorusSignals, signals
+from .orbit_samples import OrbitSamples, samples_of_flow, samples_of_turns
 from .series import LARGEST_ORDER, STEPS, Series, actions, canonical, errors, evaluate, fit, grow, window
 from .torus import GRID, TorusFit, Unknown, Verdict, area, distance, nothing, residual, resting, turned
 
@@ -45,8 +45,8 @@ ROUNDS = 4
 """Number of times that winding angles are reduced by a better value of their rate."""
 
 
-@takes(z0=starts_of, scheme=scheme_of)
-@recorded
+@coerces_arguments(z0=starts_of, scheme=scheme_of)
+@records_call
 def fit_torus(
     body: Dynamics,
     z0: Starts,
@@ -140,19 +140,21 @@ def fit_torus(
         problem = replace(problem, options=replace(problem.options, scheme=chosen))
     energy = math.nan if turned(system) else float(system.energies(z)[0])
     known = [nothing(system, energy, {"status": float(Status.INTERRUPTED)})]
-    with keeping("fit_torus", lambda: known[-1]):
+    with partial_result_on_interrupt("fit_torus", lambda: known[-1]):
         found = (samples_of_turns if turned(system) else samples_of_flow)(problem, time, energy, done)
-        if isinstance(found, Samples):
+        if isinstance(found, OrbitSamples):
             with Passes(lambda fraction: done(0.5 + fraction / 4)) as passes:
                 found = fitted(system, found, passes)
             if not max(found.residual, found.prediction_error) <= tolerance:
-                known.append(unsure(found, {"longer": 4 * time}))
-                found = doubted(system, known[-1], z, time, lambda fraction: done(0.75 + fraction / 4))
+                known.append(as_undecided(found, {"longer": 4 * time}))
+                found = check_for_chaos(system, known[-1], z, time, lambda fraction: done(0.75 + fraction / 4))
         done(1.0)
     return found
 
 
-def _series(system: System, orbit: Samples, passes: Passes) -> tuple[Signals, Series, np.ndarray, float, np.ndarray]:
+def _series(
+    system: System, orbit: OrbitSamples, passes: Passes
+) -> tuple[TorusSignals, Series, np.ndarray, float, np.ndarray]:
     """Return the signals of the samples inside, the series that fits them, the errors of its frequencies, their
     diffusion and their relations.
     """
@@ -182,7 +184,7 @@ def _series(system: System, orbit: Samples, passes: Passes) -> tuple[Signals, Se
     return start, series, error, diffusion, relations(series.nu, error, 0 if turns else _reach(relative))
 
 
-def fitted(system: System, orbit: Samples, passes: Passes) -> TorusFit:
+def fitted(system: System, orbit: OrbitSamples, passes: Passes) -> TorusFit:
     """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps."""
     t = orbit.t
     turns = turned(system)
@@ -271,20 +273,20 @@ def _about(centre: np.ndarray, k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray
     return k, z
 
 
-def unsure(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFit:
+def as_undecided(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFit:
     """Return a fit that is not good enough, undecided or no torus, with more evidence."""
     verdict = Verdict.NOT_A_TORUS if chaotic else Verdict.UNDECIDED
     none = np.full_like(found.nu_error, np.inf)
     return replace(found, verdict=verdict, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence}))
 
 
-def doubted(system: System, found: TorusFit, z: np.ndarray, time: float, report: Report) -> TorusFit:
+def check_for_chaos(system: System, found: TorusFit, z: np.ndarray, time: float, report: Report) -> TorusFit:
     """Return an undecided fit with the verdict of a chaos map, or undecided if that shows no chaos."""
     if not system.iterated and not hasattr(system.model, "tangent_force"):
         return found
     seen = chaos_map(system.model, z, time=1.5 * time, report=report)
     values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
-    return unsure(found, values, chaotic=bool(seen.chaotic[0]))
+    return as_undecided(found, values, chaotic=bool(seen.chaotic[0]))
 
 
 def basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
@@ -349,11 +351,11 @@ def fit_samples(
     evidence = {"status": float(Status.OK), "energy error": 0.0, "samples": float(inside)}
     t = given.interval * np.arange(path.shape[1])
     try:
-        found = fitted(system, Samples(t, path, inside, path, evidence), Passes(None))
+        found = fitted(system, OrbitSamples(t, path, inside, path, evidence), Passes(None))
     except np.linalg.LinAlgError:
         found = nothing(system, np.nan, evidence)
     if not found.prediction_error <= tolerance:
         seen = orbit_frequencies(path, given.interval)
         change = {"longer": 4 * t[inside], "frequency diffusion": float(seen.diffusion[0])}
-        found = unsure(found, change, chaotic=seen.kind[0] == FrequencyKind.IRREGULAR)
+        found = as_undecided(found, change, chaotic=seen.kind[0] == FrequencyKind.IRREGULAR)
     return replace(found, body=None)

@@ -8,16 +8,16 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.interruption import keeping
+from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import numbers, shown
 from ..core.status import Status
 from ..engine.threads import checked_threads
-from ..results.calls import recorded
+from ..results.calls import records_call
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.requirements import current_system, phase_points
 from ..systems.charts.chart import Chart
-from ..systems.models.contracts import Model
+from ..systems.models.contracts import SeparableModel
 from ..systems.models.mechanics import System
 from .action_angles import run_kernel, to_spin
 from .closed_oscillators import closed_energy, closed_form, closed_points
@@ -32,7 +32,7 @@ LARGEST_ACTION = 1e150
 
 @says_progress
 def from_action_angles(
-    body: Model,
+    body: SeparableModel,
     J: ArrayLike,
     theta: ArrayLike,
     *,
@@ -106,7 +106,7 @@ def from_action_angles(
         z = closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
         return z[:, 0] if single else z
     z = np.full((8, n), np.nan)
-    with keeping("from_action_angles", lambda: z[:, 0] if single else z):
+    with partial_result_on_interrupt("from_action_angles", lambda: z[:, 0] if single else z):
         _refuse_failed(actions, _invert(separated, actions, np.mod(angles, 1.0), z, _unknown(n), well, threads))
     return z[:, 0] if single else z
 
@@ -123,9 +123,9 @@ class EnergyOfActions(Result):
     status: Annotated[np.ndarray, along("orbit")]
 
 
-@recorded
+@records_call
 def energy_of_actions(
-    body: Model,
+    body: SeparableModel,
     J: ArrayLike,
     *,
     chart: Chart | str | None = None,
@@ -177,7 +177,7 @@ def energy_of_actions(
         energy, nu = closed_energy(separated, _checked_actions(separated, actions))
         return found(nu, energy, np.zeros(energy.size, np.int64))
     out = _unknown(actions.shape[1])
-    with keeping("energy_of_actions", lambda: found(*out)):
+    with partial_result_on_interrupt("energy_of_actions", lambda: found(*out)):
         _invert(separated, actions, np.empty((4, 0)), np.empty((8, 0)), out, well, threads)
     return found(*out)
 

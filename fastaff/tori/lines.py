@@ -39,7 +39,7 @@ EXACT = 1e-8
 """Largest error of a line that shows pieces, in cycles per turn."""
 
 
-class Signals(NamedTuple):
+class TorusSignals(NamedTuple):
     """Complex signals of unit size (signals, samples), and the way back to phase points: z_k = rows @ c_k, rows (2n,
     signals).
 
@@ -65,7 +65,7 @@ class Signals(NamedTuple):
     bars: np.ndarray = np.zeros((0, 0))
     silent: tuple[int, ...] = ()
 
-    def at(self, nu: np.ndarray, t: np.ndarray, path: np.ndarray) -> Signals:
+    def at(self, nu: np.ndarray, t: np.ndarray, path: np.ndarray) -> TorusSignals:
         """Return the signals of a path (2n, samples) whose angles wind at those frequencies, at times t about the
         middle.
         """
@@ -100,7 +100,7 @@ class Signals(NamedTuple):
         return (scaled[:n] - 1j * scaled[n:])[size[:n] + size[n:] > 0]
 
 
-class Lines(NamedTuple):
+class TorusLines(NamedTuple):
     """Lines of loops, those that lead first: frequencies, errors, the loop of each, its strength, and whether it is
     sharp.
     """
@@ -112,7 +112,7 @@ class Lines(NamedTuple):
     sharp: np.ndarray
 
 
-def _lines(loops: np.ndarray, dt: float, time: float, count: int, unit: float | None = None) -> Lines:
+def _lines(loops: np.ndarray, dt: float, time: float, count: int, unit: float | None = None) -> TorusLines:
     """Return the lines of loops (loops, samples), `count` of each, that are strong and sharp, and the leading ones;
     unit: the frequency that is known to rounding, by default the largest.
     """
@@ -125,10 +125,10 @@ def _lines(loops: np.ndarray, dt: float, time: float, count: int, unit: float | 
     sharp = error * time < TRUSTED
     order = np.argsort(-(strength + 2.0 * leading), axis=None, kind="stable")
     order = order[(((strength > 1e-6) & sharp) | leading).ravel()[order]]
-    return Lines(*(rows.ravel()[order] for rows in (found.nu, error, np.indices(error.shape)[0], strength, sharp)))
+    return TorusLines(*(rows.ravel()[order] for rows in (found.nu, error, np.indices(error.shape)[0], strength, sharp)))
 
 
-def signals(system: System, t: np.ndarray, z: np.ndarray) -> Signals:
+def signals(system: System, t: np.ndarray, z: np.ndarray) -> TorusSignals:
     """Return the signals of samples z (2n, samples) at equidistant times t, and the first values of their frequencies.
 
     For a body the planes a and b and their momenta, whose carriers are the mean turning rates of eta and gamma;
@@ -146,7 +146,7 @@ def signals(system: System, t: np.ndarray, z: np.ndarray) -> Signals:
         loops = z[:n] / size[0] - 1j * z[n:] / size[1]
         found = loops, np.vstack([size[0] * np.eye(n), 1j * size[1] * np.eye(n)]), np.full(n, -1), [], ()
     values, rows, carrier, turning, planes = found
-    return Signals(
+    return TorusSignals(
         values=values,
         rows=rows,
         carrier=carrier,
@@ -229,7 +229,7 @@ def _lattice(system: System, t: np.ndarray, z: np.ndarray, size: float) -> tuple
     return basis[place[own]], tuple(names[i] for i in own), unknown
 
 
-def _place(found: Lines, basis: np.ndarray, loops: int) -> np.ndarray:
+def _place(found: TorusLines, basis: np.ndarray, loops: int) -> np.ndarray:
     """Return the number of the frequency (loops,) that each loop gives its name to, as in a frequency map."""
     share = np.zeros((1, loops, loops))
     for nu, error, loop, strength in zip(*found[:4], strict=True):
@@ -260,7 +260,7 @@ def _turning(a: np.ndarray, p: np.ndarray, dt: float, librations: np.ndarray) ->
     return float(candidates[near[np.argmin(np.abs(k[near]).sum(axis=1))]])
 
 
-class Rates(NamedTuple):
+class WindingRates(NamedTuple):
     """The winding of rows with a period in a turn, in periods: rows, rate, error, and whether it is a whole number."""
 
     rows: np.ndarray
@@ -269,7 +269,7 @@ class Rates(NamedTuple):
     whole: np.ndarray
 
 
-def _rates(system: System, path: np.ndarray) -> Rates:
+def _rates(system: System, path: np.ndarray) -> WindingRates:
     """Return the mean rates of winding rows: weighted averages, with the difference of two parts of the window."""
     periods = periods_of(system)
     rows = np.flatnonzero(periods > 0)
@@ -281,10 +281,10 @@ def _rates(system: System, path: np.ndarray) -> Rates:
     error = error + 1e-15 * np.maximum(np.abs(rate), 1.0) + 1e-16 * np.abs(path[rows]).max(axis=1) / periods[rows]
     off = path[rows] - periods[rows, None] * np.rint(rate)[:, None] * np.arange(path.shape[1])
     bounded = np.ptp(off, axis=1) < periods[rows]
-    return Rates(rows, rate, error, bounded | (np.abs(rate - np.rint(rate)) <= error))
+    return WindingRates(rows, rate, error, bounded | (np.abs(rate - np.rint(rate)) <= error))
 
 
-def _turn_lines(system: System, path: np.ndarray, rates: Rates) -> tuple[Lines, list[str]]:
+def _turn_lines(system: System, path: np.ndarray, rates: WindingRates) -> tuple[TorusLines, list[str]]:
     """Return the lines of the loops of a path, in cycles per sample, and the coordinate of each."""
     n = system.n
     flat = path.copy()
@@ -296,11 +296,11 @@ def _turn_lines(system: System, path: np.ndarray, rates: Rates) -> tuple[Lines, 
     moves = size > STILL * np.maximum(np.abs(path).max(axis=1), periods)
     kept = np.flatnonzero((moves[:n] | moves[n:])[: system.moving])
     if not kept.size:
-        return Lines(*(np.zeros(0, kind) for kind in (float, float, int, float, bool))), []
+        return TorusLines(*(np.zeros(0, kind) for kind in (float, float, int, float, bool))), []
     q, p = (flat[r] / np.where(size[r] > 0, size[r], 1.0)[:, None] * moves[r, None] for r in (kept, n + kept))
     unit = 1.0 if turned(system) else None
     found = _lines(q - 1j * p, 1.0, length, LINES[1] if n > 1 else LINES[0], unit=unit)
-    found = Lines(*(rows[found.strength > 0] for rows in found))
+    found = TorusLines(*(rows[found.strength > 0] for rows in found))
     return found, [system.names[kept[j]] for j in found.loop]
 
 
@@ -321,7 +321,7 @@ def pieces_of(system: System, path: np.ndarray) -> int:
     return pieces
 
 
-def _turn_signals(system: System, t: np.ndarray, path: np.ndarray) -> Signals:
+def _turn_signals(system: System, t: np.ndarray, path: np.ndarray) -> TorusSignals:
     """Return the signals of a path from turn to turn, or sample to sample of a flow: those of the coordinates that
     move, beside their winding.
     """
@@ -336,7 +336,7 @@ def _turn_signals(system: System, t: np.ndarray, path: np.ndarray) -> Signals:
     steady[rates.rows] = np.where(rates.whole, np.rint(rates.rate), 0.0) * periods[rates.rows]
     alone = ~rates.whole & (np.abs(w).sum(axis=1) == 1)
     none = np.zeros((0, 0))
-    found = Signals(
+    found = TorusSignals(
         values=none,
         rows=none,
         carrier=none,
@@ -353,7 +353,7 @@ def _turn_signals(system: System, t: np.ndarray, path: np.ndarray) -> Signals:
 
 
 def _turn_lattice(
-    system: System, path: np.ndarray, rates: Rates
+    system: System, path: np.ndarray, rates: WindingRates
 ) -> tuple[np.ndarray, tuple[str, ...], np.ndarray, int, tuple[int, ...]]:
     """Return a basis of the frequencies beside the turn, with names: rates of angles that wind and leading lines first;
     the windings of rows in a cycle of each, the number of lines that the basis does not explain, and its frequencies

@@ -32,7 +32,7 @@ LEAST_TURNS = 256
 """Turns that a fit needs, of each of the pieces that an orbit lies on."""
 
 
-class Samples(NamedTuple):
+class OrbitSamples(NamedTuple):
     """Equidistant samples of an orbit: times (samples,), states (2n, samples), the number of fitted ones; the later
     ones are predicted.
 
@@ -49,7 +49,7 @@ class Samples(NamedTuple):
     pieces: int = 1
 
 
-def samples_of_flow(problem: Problem, time: float, energy: float, report: Report) -> Samples | TorusFit:
+def samples_of_flow(problem: Problem, time: float, energy: float, report: Report) -> OrbitSamples | TorusFit:
     """Return samples of the orbit over 3/2 of the time, or the result without a fit.
 
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
@@ -85,10 +85,10 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
     finer, state = _path(flow.fitted(interval).finer(), z, 1.5 * time, path.shape[1] - 1)  # half the steps that it took
     report(0.5)
     finer = finer if state["status"] == Status.OK else path
-    return Samples(interval * np.arange(path.shape[1]), path, inside, finer, evidence, energy)
+    return OrbitSamples(interval * np.arange(path.shape[1]), path, inside, finer, evidence, energy)
 
 
-def samples_of_turns(problem: Problem, time: float, energy: float, report: Report) -> Samples | TorusFit:
+def samples_of_turns(problem: Problem, time: float, energy: float, report: Report) -> OrbitSamples | TorusFit:
     """Return samples of the orbit of a map, or of a driven system's map over its period, over 3/2 of the time, or the
     result without a fit.
     """
@@ -123,7 +123,7 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
         finer, state = _path(flow.finer(), z, pieces * inside * interval, pieces * inside)
         finer = finer[:, ::pieces] if state["status"] == Status.OK else None
     report(0.5)
-    return Samples(np.arange(float(path.shape[1])), path, inside, finer, evidence, energy, pieces)
+    return OrbitSamples(np.arange(float(path.shape[1])), path, inside, finer, evidence, energy, pieces)
 
 
 def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarray, dict[str, float]]:

@@ -15,10 +15,10 @@ from ..runs.requirements import checked_function, checked_system, current_system
 from ..systems.charts.chart import Chart
 from ..systems.formulas.systems import constants_of
 from ..systems.models import Zero
-from ..systems.models.contracts import Model
+from ..systems.models.contracts import SeparableModel
 from ..systems.models.regular_variables import in_regular_variable
-from .families import FAMILIES, Family, Motion
-from .kernels.coordinates import Term
+from .families import FAMILIES, Family, MotionQuantities
+from .kernels.coordinates import PotentialTerm
 from .narrow_features import knots, knots_around
 
 
@@ -46,12 +46,12 @@ class Separated:
         """Names of the four constants of motion in involution."""
         return (*self.family.constants, *(("p_phi", "p_psi") if self.isotropic else ("c_eta", "c_gamma")))
 
-    def terms(self) -> list[Term]:
+    def terms(self) -> list[PotentialTerm]:
         """Return the terms of the potential in both coordinates, as kernels see them."""
         pairs = zip(self.functions, self.family.variables, strict=True)
         return [_term(in_regular_variable(V, variable), knots(V, variable)) for V, variable in pairs]
 
-    def angular_terms(self) -> list[Term]:
+    def angular_terms(self) -> list[PotentialTerm]:
         """Return the terms in eta and gamma."""
         return [_term(V, knots_around(V)) for V in self.angular]
 
@@ -61,8 +61,8 @@ class Separated:
         return np.array([variable.value(at) for variable, at in zip(variables, s, strict=True)])
 
 
-def _term(V: Any, places: np.ndarray) -> Term:
-    return Term(function_block(V), parameters(V), places)
+def _term(V: Any, places: np.ndarray) -> PotentialTerm:
+    return PotentialTerm(function_block(V), parameters(V), places)
 
 
 def separate(body: Any, chart: Chart | str | None = None) -> Separated:
@@ -107,7 +107,9 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
 
 
 @says_progress
-def constants_of_motion(body: Model, z: ArrayLike, *, chart: Chart | str | None = None) -> dict[str, np.ndarray]:
+def constants_of_motion(
+    body: SeparableModel, z: ArrayLike, *, chart: Chart | str | None = None
+) -> dict[str, np.ndarray]:
     """Compute the four constants of motion in involution of a separable body, or those of a named system H(q, p).
 
     Parameters
@@ -168,7 +170,7 @@ def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.n
     h = sum((z[i] * z[4 + j] - z[j] * z[4 + i]) ** 2 for i in range(4) for j in range(i)) / (2 * mu)
     at_eta = None if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
     at_gamma = None if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))
-    at = Motion(A=A, B=B, T_a=T_a, T_b=T_b, h=h, V=body.potential.value(A, B), V_eta=at_eta, V_gamma=at_gamma)
+    at = MotionQuantities(A=A, B=B, T_a=T_a, T_b=T_b, h=h, V=body.potential.value(A, B), V_eta=at_eta, V_gamma=at_gamma)
     values = separated.family.values(*separated.functions, at)
     if separated.isotropic:
         return values | {"p_phi": p_gamma + p_eta, "p_psi": p_gamma - p_eta}

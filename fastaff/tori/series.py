@@ -65,7 +65,7 @@ POINTS = 2**17
 """Numbers of a series' partial sums that are in memory at once."""
 
 
-class Samples(NamedTuple):
+class WeightedSignals(NamedTuple):
     """Complex signals (signals, samples) of unit size at times t about the middle of the window, with weights w of sum
     1.
 
@@ -109,9 +109,9 @@ def weights(count: int) -> np.ndarray:
     return w / w.sum()
 
 
-def window(t: np.ndarray, signals: np.ndarray, carrier: np.ndarray) -> Samples:
+def window(t: np.ndarray, signals: np.ndarray, carrier: np.ndarray) -> WeightedSignals:
     """Return equidistant samples with the weights of the window that spans them."""
-    return Samples(t - (t[0] + t[-1]) / 2, weights(len(t)), signals, carrier)
+    return WeightedSignals(t - (t[0] + t[-1]) / 2, weights(len(t)), signals, carrier)
 
 
 def transform(t: np.ndarray, signals: np.ndarray, nu: np.ndarray) -> np.ndarray:
@@ -141,7 +141,7 @@ def transform(t: np.ndarray, signals: np.ndarray, nu: np.ndarray) -> np.ndarray:
 class _Gram:
     """The normal equations of lines nu on a box: application by Fourier convolution."""
 
-    def __init__(self, samples: Samples, nu: np.ndarray, orders: tuple[int, ...]):
+    def __init__(self, samples: WeightedSignals, nu: np.ndarray, orders: tuple[int, ...]):
         self.orders = orders
         self.shape = tuple(2 * order + 1 for order in orders)
         self.axes = tuple(range(1, 1 + len(orders)))
@@ -220,7 +220,7 @@ def _norm2(x: np.ndarray) -> float:
 
 
 def fit(
-    samples: Samples,
+    samples: WeightedSignals,
     nu: np.ndarray,
     rank: int,
     orders: tuple[int, ...],
@@ -283,7 +283,9 @@ def fit(
     return Series(nu, flat, k, orders, edge, float(np.sqrt(max(misfit, 0.0))), left_out, unsettled)
 
 
-def grow(samples: Samples, nu: np.ndarray, rank: int, largest: int, silent: Sequence[int], passes: Passes) -> Series:
+def grow(
+    samples: WeightedSignals, nu: np.ndarray, rank: int, largest: int, silent: Sequence[int], passes: Passes
+) -> Series:
     """Fit on boxes that grow until their edge is at rounding, by the decay of coefficients, while that lessens the
     misfit, to the largest order; silent: frequencies that are in no line.
     """
@@ -318,7 +320,7 @@ def _enough(order: int, edge: float, largest: int) -> int:
 
 
 def errors(
-    samples: Samples, series: Series, rank: int, drift: float, report: Report | None
+    samples: WeightedSignals, series: Series, rank: int, drift: float, report: Report | None
 ) -> tuple[np.ndarray, float]:
     """Return the error estimates of the frequencies, and the largest relative difference of those of two parts of the
     window.

@@ -9,10 +9,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...jobs.system import Model, Surface
-from ...jobs.wording import Wrong
+from ...jobs.wording import OptionError
 from ...runs.requirements import current_system
 from ..options import HOW, STARTS, WRITTEN, Output, Parameter, pair
-from ..progress import Progress, compiled
+from ..progress import TerminalProgress, compiled
 from .captions import caption, surface_in_words, title, titled
 
 MOST = 4
@@ -54,11 +54,11 @@ def animate(
     section = surface.build(system)
     at = [pair("--start must be two numbers U,P, for example 0.7,0.1", text) for text in start or ()]
     if len(at) > MOST:
-        raise Wrong(f"--start is taken up to {MOST} times, got {len(at)}")
+        raise OptionError(f"--start is taken up to {MOST} times, got {len(at)}")
     if out.suffix.lower() not in plot.animation.ENDINGS:
-        raise Wrong(f"--out must end with {' or '.join(plot.animation.ENDINGS)}, got {out}")
+        raise OptionError(f"--out must end with {' or '.join(plot.animation.ENDINGS)}, got {out}")
     if not out.parent.is_dir():
-        raise Wrong(f"--out {out}: the folder {out.parent} does not exist")
+        raise OptionError(f"--out {out}: the folder {out.parent} does not exist")
     z0, names = _starts(body, section, surface, at)
     heads = None if not at else [_named(names, point) for point in at]
     made: list[Any] = []
@@ -68,7 +68,7 @@ def animate(
         title(animation.figure, ", ".join(filter(None, [titled(body), surface_in_words(system, surface)])))
         if "a1" in getattr(body, "coordinates", ()):
             caption(animation.figure, "the unit circle of the material, with eight of its radii and two inner circles")
-    with Progress("frames") as report:
+    with TerminalProgress("frames") as report:
         path = plot.save_animation(animation, out, force=force, report=report)
     print(path)
     return 0

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ...core.placing import placed
+from ...core.placing import write_atomically
 from ...core.status import Status, summary
-from ...jobs.job import Job, Plan
+from ...jobs.job import Job, JobPlan
 from ...jobs.launch import BY_NAME
 from ...plot.mathematics import number, terms, visible, wrapped
 from ...plot.sections import words
@@ -18,7 +18,7 @@ from ...plot.style import styled, symbol
 from ...systems.models.mechanics import System
 
 
-def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
+def stated(job: Job, plan: JobPlan, z0: np.ndarray | None) -> dict[str, Any]:
     """Return the facts of a job's computation for its file."""
     body = plan.body
     surface = job.surface
@@ -150,7 +150,7 @@ def figure_of(panels: int = 1) -> tuple[Any, Any]:
         return figure, figure.subplots(rows, panels // rows)
 
 
-def finish(figure: Any, plan: Plan, surface: Any, text: str) -> None:
+def finish(figure: Any, plan: JobPlan, surface: Any, text: str) -> None:
     """Put title and caption on a figure of orbits."""
     title(figure, ", ".join(filter(None, [titled(plan.body), surface_in_words(plan.system, surface)])))
     where = "" if plan.section is None else f"section {in_words(plan.section, plan.system)}"
@@ -185,4 +185,8 @@ def write(figure: Any, stem: Path, ending: str, facts: dict[str, Any], force: bo
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
     said = {"Title": "fastaff", PLACES[ending.lower()]: json.dumps({**provenance(), **kept})}
     with styled():
-        print(placed(stem, ending, lambda path: figure.savefig(path, metadata=said, facecolor="auto"), force=force))
+        print(
+            write_atomically(
+                stem, ending, lambda path: figure.savefig(path, metadata=said, facecolor="auto"), force=force
+            )
+        )

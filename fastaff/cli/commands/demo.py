@@ -7,7 +7,7 @@ from typing import Any
 
 from ...results.progress import Compilation
 from ..options import Output
-from ..progress import Progress, is_cold
+from ..progress import TerminalProgress, is_cold
 from ..stops import Stops, on_stop, say
 
 
@@ -32,12 +32,12 @@ def demo(
     Output().check()
     from .. import demonstration
 
-    bars: list[Progress] = []
+    bars: list[TerminalProgress] = []
 
     def meter(title: str) -> Any:
         for bar in bars:
             bar.__exit__()
-        bars[:] = [Progress(title).__enter__()]
+        bars[:] = [TerminalProgress(title).__enter__()]
         return bars[0]
 
     def leave(*_: Any) -> None:

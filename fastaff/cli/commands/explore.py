@@ -8,7 +8,7 @@ from typing import Annotated
 
 from ...core.names import pairs
 from ...jobs.system import Model, Surface
-from ...jobs.wording import Wrong
+from ...jobs.wording import OptionError
 from ...runs.requirements import check_given, current_system
 from ...systems.formulas.number import number
 from ..options import HOW, WHERE, WRITTEN, Parameter, pair
@@ -56,14 +56,14 @@ def explore(
 
     at = [pair("--point must be two numbers U,V, for example 0.1,0.05", text) for text in point or ()]
     if data is not None and not data.exists():
-        raise Wrong(f"{data} does not exist")
+        raise OptionError(f"{data} does not exist")
     body = None if data is not None and options == Model() else options.build()
     system = current_system(body)
     mapping = body is not None and system.iterated
     check_given(system, "a page of orbits", "", **{"--energy": surface.energy})
     section = None if body is None else surface.build(system) if mapping else surface.section_of(system)
     if out is not None and out.exists() and not force:
-        raise Wrong(f"--out {out} exists; --force replaces it")
+        raise OptionError(f"--out {out} exists; --force replaces it")
     path = fastaff.explore(
         body,
         energy=surface.energy,

@@ -10,9 +10,9 @@ import numpy as np
 
 from ...core.status import Status
 from ...jobs.analyses import INDICATORS, Chaos, Frequencies
-from ...jobs.job import Job, Plan
-from ...jobs.wording import Wrong
-from ..options import Look
+from ...jobs.job import Job, JobPlan
+from ...jobs.wording import OptionError
+from ..options import FigureOptions
 from .captions import figure_of, finish, outcomes
 
 PANELS = 4
@@ -28,10 +28,10 @@ class Scene(NamedTuple):
     """
 
     job: Job
-    plan: Plan
+    plan: JobPlan
     where: Any
     max_order: int = 7
-    look: Look = Look()
+    look: FigureOptions = FigureOptions()
     waiting: int = 0
 
     def outcomes(self, result: Any) -> str:
@@ -64,7 +64,7 @@ def plain(colour: str) -> str:
     return lower if lower in KNOWN else colour
 
 
-def colours(look: Look, found: Mapping[str, Any], default: str | None = None) -> Any:
+def colours(look: FigureOptions, found: Mapping[str, Any], default: str | None = None) -> Any:
     """Return the colours of orbits, by --colour or of a default analysis, from results by analysis; a `Colouring` among
     the results is taken as it is. None without either.
     """
@@ -92,7 +92,7 @@ def colours(look: Look, found: Mapping[str, Any], default: str | None = None) ->
             if not text.startswith("the column"):
                 raise
             known += text.removeprefix("the column must be one of ").rpartition(", got")[0].split(", ")
-    raise Wrong(f"--colour must be one of {', '.join(dict.fromkeys(known))}, got {look.colour!r}")
+    raise OptionError(f"--colour must be one of {', '.join(dict.fromkeys(known))}, got {look.colour!r}")
 
 
 def section_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:

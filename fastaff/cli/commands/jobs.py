@@ -20,11 +20,11 @@ import numpy as np
 from ...core.interruption import Interrupted
 from ...jobs import running, units
 from ...jobs.analyses import Run
-from ...jobs.job import OPTIONS, Job, Plan, as_key
+from ...jobs.job import OPTIONS, Job, JobPlan, as_key
 from ...jobs.results import JobResults
 from ...jobs.store import WAITING, Store, is_store
-from ...jobs.wording import Wrong, respelled, spelled
-from ..options import HOW, WRITTEN, Parameter, Told, Workers, given, size_of
+from ...jobs.wording import OptionError, respelled, spelled
+from ..options import HOW, WRITTEN, LogOptions, Parameter, Workers, given, size_of
 from ..progress import JobProgress
 from ..stops import EXIT_INTERRUPTED, STOPPING, Stops, say
 from .maps import checked, settled
@@ -38,7 +38,7 @@ def run(
     memory: Annotated[str | None, Parameter(group=HOW)] = None,
     store: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
     overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
-    told: Told = Told(),
+    told: LogOptions = LogOptions(),
 ) -> int:
     """Run a job, unit by unit, into a store that keeps all finished units; the same command again goes on from there.
 
@@ -64,7 +64,7 @@ def run(
         plan = checked(asked)
         plan.few()
     if not path.parent.is_dir():
-        raise Wrong(f"--store {path}: the folder {path.parent} does not exist")
+        raise OptionError(f"--store {path}: the folder {path.parent} does not exist")
 
     _compiled(plan, asked.run, told, str(job))
 
@@ -74,7 +74,7 @@ def run(
     return _watched(path, plan.launch.size, work, workers, told)
 
 
-def resume(store: Path, /, *, workers: Workers = Workers(), told: Told = Told()) -> int:
+def resume(store: Path, /, *, workers: Workers = Workers(), told: LogOptions = LogOptions()) -> int:
     """Go on with the job of a store where it was stopped; the result is bit for bit that of a run without a stop.
 
     Parameters
@@ -101,7 +101,7 @@ def rerun(
     accuracy: Annotated[float | None, Parameter(group=HOW)] = None,
     analysis: Annotated[list[str] | None, Parameter(group=HOW)] = None,
     workers: Workers = Workers(),
-    told: Told = Told(),
+    told: LogOptions = LogOptions(),
 ) -> int:
     """Run the orbits of a store that failed again another way; their new numbers take the place of the old ones.
 
@@ -151,12 +151,12 @@ def status(store: Path, /) -> int:
     return 0
 
 
-def _check(workers: Workers, told: Told) -> None:
+def _check(workers: Workers, told: LogOptions) -> None:
     workers.check()
     told.check()
 
 
-def _compiled(plan: Plan, options: Run, told: Told, name: str) -> None:
+def _compiled(plan: JobPlan, options: Run, told: LogOptions, name: str) -> None:
     """Compile the kernels that a job needs before its progress is shown."""
     with in_keys(name):
         settled(next(iter(plan.analyses)).replace("_", "-"), plan, options, announce=not told.quiet)
@@ -170,16 +170,16 @@ def in_keys(name: str) -> Iterator[None]:
             yield
     except FileNotFoundError as problem:
         text = str(problem) if problem.filename is None else f"{problem.filename} does not exist"
-        raise Wrong(text if text.startswith(name) else f"{name}: {text}") from None
+        raise OptionError(text if text.startswith(name) else f"{name}: {text}") from None
     except (ValueError, TypeError) as problem:
         with spelled(as_key):
             text = respelled(str(problem), OPTIONS)
-        raise Wrong(text if text.startswith(name) else f"{name}: {text}") from None
+        raise OptionError(text if text.startswith(name) else f"{name}: {text}") from None
     except LookupError as problem:
-        raise Wrong(f"{name} is damaged: it has no {problem}") from None
+        raise OptionError(f"{name} is damaged: it has no {problem}") from None
 
 
-def _watched(path: Path, orbits: int, work: Callable[..., JobResults], workers: Workers, told: Told) -> int:
+def _watched(path: Path, orbits: int, work: Callable[..., JobResults], workers: Workers, told: LogOptions) -> int:
     """Run a job, show its progress and outcomes, and return the exit code."""
     finished = float(np.mean(Store(path).finished() != WAITING)) if is_store(path) else 0.0
     bar = JobProgress(orbits, finished, shown=not told.quiet and told.log is None)
@@ -242,7 +242,7 @@ def _client(address: str) -> Any:
     try:
         return Client(address, timeout=10, set_as_default=False)
     except (OSError, ValueError) as problem:
-        raise Wrong(f"--dask {address}: no scheduler there: {problem}") from None
+        raise OptionError(f"--dask {address}: no scheduler there: {problem}") from None
 
 
 @contextlib.contextmanager
@@ -254,7 +254,7 @@ def _failing(path: Path) -> Iterator[None]:
         raise
     except Exception as problem:
         again = running.resume_command(path)
-        raise Wrong(f"a worker failed: {type(problem).__name__}: {problem}; go on with: {again}") from None
+        raise OptionError(f"a worker failed: {type(problem).__name__}: {problem}; go on with: {again}") from None
 
 
 @contextlib.contextmanager

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ...jobs.analyses import Orbits, Run
-from ...jobs.job import Job, Plan
+from ...jobs.analyses import AnalysedOrbits, Run
+from ...jobs.job import Job, JobPlan
 from ...jobs.launch import Starts, whole
-from ..options import Look, Written
-from ..progress import Progress, compiled, drawing, watched
+from ..options import FigureOptions, OutputFiles
+from ..progress import TerminalProgress, compiled, drawing, watched
 from ..stops import say
 from .captions import stated, write
 from .figures import Scene, plain, with_colour
@@ -26,7 +26,7 @@ def on_grid(starts: Starts, cells: str) -> Starts:
     return starts if given else replace(starts, grid=cells)
 
 
-def checked(job: Job) -> Plan:
+def checked(job: Job) -> JobPlan:
     """Return the plan of a job after all checks that need no computation."""
     plan = job.plan()
     for analysis in plan.analyses.values():
@@ -34,7 +34,7 @@ def checked(job: Job) -> Plan:
     return plan
 
 
-def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[str, Any]:
+def settled(command: str, plan: JobPlan, run: Run, announce: bool = True) -> dict[str, Any]:
     """Compile the kernels of a plan, in a thread that Ctrl-C need not wait for; return the options of its analyses."""
     few = plan.few()
     found = {}
@@ -44,28 +44,28 @@ def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[s
         for name, analysis in plan.analyses.items():
             small = few._replace(z0=few.z0[:, -1:]) if hasattr(analysis, "cases") else few  # a case is many orbits
             analysis.compute(small, analysis.brief, brief)
-            found[name] = analysis.settled(few, run)
+            found[name] = analysis.resolve_defaults(few, run)
 
     compiled(command, work, announce)
     return found
 
 
 @dataclass
-class Work:
+class CommandJob:
     """A job that a command computes in memory: its orbits, the settled options, and the facts for its file."""
 
     job: Job
-    plan: Plan
+    plan: JobPlan
     scene: Scene
     z0: np.ndarray
     settled: dict[str, Any]
-    output: Written
+    output: OutputFiles
     stem: Path
     facts: dict[str, Any]
     colours: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def begun(cls, command: str, job: Job, output: Written, look: Look, **facts: Any) -> Work | None:
+    def begun(cls, command: str, job: Job, output: OutputFiles, look: FigureOptions, **facts: Any) -> CommandJob | None:
         """Return the work of a command; None where its job is written and nothing else is asked for."""
         look.check()
         job = with_colour(job, look.colour)
@@ -83,10 +83,10 @@ class Work:
 
     def compute(self, name: str, keep: Callable[[Any], Any]) -> Any:
         """Return the result of an analysis; at Ctrl-C the partial result is handed to `keep`."""
-        orbits = Orbits(self.plan.system, self.plan.section, self.z0)
+        orbits = AnalysedOrbits(self.plan.system, self.plan.section, self.z0)
         analysis = self.plan.analyses[name]
         result = watched(
-            Progress(analysis.title, self.z0.shape[1]),
+            TerminalProgress(analysis.title, self.z0.shape[1]),
             lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),
             keep,
         )

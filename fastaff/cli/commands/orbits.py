@@ -12,13 +12,13 @@ import numpy as np
 from ...jobs.analyses import Chaos, Frequencies, Poincare, Run
 from ...jobs.launch import Starts
 from ...jobs.system import LOSING, Model, Surface
-from ...jobs.wording import Wrong
-from ..options import HOW, WRITTEN, Look, Parameter, Written, job_of
+from ...jobs.wording import OptionError
+from ..options import HOW, WRITTEN, FigureOptions, OutputFiles, Parameter, job_of
 from ..progress import begun, finished, kept
 from ..stops import say
 from . import scans
 from .figures import chaos_figure, frequency_figure, plain, reliable, section_figure
-from .maps import Work, on_grid
+from .maps import CommandJob, on_grid
 
 
 def poincare(
@@ -27,9 +27,9 @@ def poincare(
     surface: Surface = Surface(),
     starts: Starts = Starts(),
     run: Run = Run(),
-    output: Written = Written(),
+    output: OutputFiles = OutputFiles(),
     asked: Poincare = Poincare(),
-    look: Look = Look(),
+    look: FigureOptions = FigureOptions(),
     no_diffusion: Annotated[bool, Parameter(group=HOW)] = False,
 ) -> int:
     """Draw a Poincaré section of one energy surface, coloured by the diffusion of each orbit, or by --colour.
@@ -49,7 +49,7 @@ def poincare(
     diffusion = Frequencies(**span) if default else None
     starts = on_grid(starts, "20x20")
     job = job_of(model=options, surface=surface, starts=starts, run=run, poincare=asked, frequency_map=diffusion)
-    work = Work.begun("poincare", job, output, look)
+    work = CommandJob.begun("poincare", job, output, look)
     if work is None:
         return 0
     start = clock.perf_counter()
@@ -85,9 +85,9 @@ def frequencies(
     surface: Surface = Surface(),
     starts: Starts = Starts(),
     run: Run = Run(),
-    output: Written = Written(),
+    output: OutputFiles = OutputFiles(),
     asked: Frequencies = Frequencies(),
-    look: Look = Look(),
+    look: FigureOptions = FigureOptions(),
     max_order: Annotated[int, Parameter(group=WRITTEN)] = 7,
 ) -> int:
     """Compute the fundamental frequencies of orbits of one energy surface, and draw their map and their diffusion.
@@ -103,7 +103,7 @@ def frequencies(
     """
     starts = on_grid(starts, "40x40")
     job = job_of(model=options, surface=surface, starts=starts, run=run, frequency_map=asked)
-    work = Work.begun("frequency-map", job, output, look, max_order=max_order)
+    work = CommandJob.begun("frequency-map", job, output, look, max_order=max_order)
     if work is None:
         return 0
     start = clock.perf_counter()
@@ -123,9 +123,9 @@ def chaos_map(
     surface: Surface = Surface(),
     starts: Starts = Starts(),
     run: Run = Run(),
-    output: Written = Written(),
+    output: OutputFiles = OutputFiles(),
     asked: Chaos = Chaos(),
-    look: Look = Look(),
+    look: FigureOptions = FigureOptions(),
     scan: Annotated[list[str] | None, Parameter(group=HOW)] = None,
 ) -> int:
     """Tell regular from chaotic orbits of one energy surface, and draw the map; or the chaotic fraction over parameters
@@ -144,11 +144,11 @@ def chaos_map(
     """
     if scan:
         if look.given:
-            raise Wrong("--colour, --vmin and --vmax belong to maps, not to --scan")
+            raise OptionError("--colour, --vmin and --vmax belong to maps, not to --scan")
         job = job_of(model=options, surface=surface, starts=starts, run=run, chaos_map=asked)
         return scans.scanned(scan, job, output)
     job = job_of(model=options, surface=surface, starts=on_grid(starts, "60x60"), run=run, chaos_map=asked)
-    work = Work.begun("chaos-map", job, output, look, periods=asked.returns())
+    work = CommandJob.begun("chaos-map", job, output, look, periods=asked.returns())
     if work is None:
         return 0
     work.facts.update(_placed(work.scene.where))

@@ -14,9 +14,9 @@ from ... import files
 from ...jobs.job import Job
 from ...jobs.results import JobResults
 from ...jobs.store import WAITING, Store, is_store
-from ...jobs.wording import Wrong
+from ...jobs.wording import OptionError
 from ...plot.scales import coloured, diffusion_limit
-from ..options import FORMATS, WRITTEN, Look, Output, Parameter
+from ..options import FORMATS, WRITTEN, FigureOptions, Output, Parameter
 from .captions import write
 from .figures import Scene, figures_of, plain_figure
 from .jobs import in_keys
@@ -30,7 +30,7 @@ def plot(
     *,
     out: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
     force: Annotated[bool, Parameter(group=WRITTEN)] = False,
-    look: Look = Look(),
+    look: FigureOptions = FigureOptions(),
 ) -> int:
     """Draw the figures of a store of `fastaff run`, finished or not, or of an .npz file of any command.
 
@@ -46,7 +46,7 @@ def plot(
     Output().check()
     look.check()
     if not (data.is_file() or is_store(data)):
-        raise Wrong(f"{data} is no store of fastaff and no file")
+        raise OptionError(f"{data} is no store of fastaff and no file")
     usual = data.with_suffix(".png")
     if out is None:
         target = usual
@@ -55,13 +55,13 @@ def plot(
     else:
         target = out
     if target.suffix.lower() not in FORMATS:
-        raise Wrong(f"--out must end with {', '.join(FORMATS)}, got {target}")
+        raise OptionError(f"--out must end with {', '.join(FORMATS)}, got {target}")
     if not target.parent.is_dir():
-        raise Wrong(f"--out {target}: the folder {target.parent} does not exist")
+        raise OptionError(f"--out {target}: the folder {target.parent} does not exist")
     with in_keys(str(data)):
         figures, facts = _of_store(data, look) if is_store(data) else _of_file(data, look)
     if not figures:
-        raise Wrong(f"{data} has nothing that there is a figure of")
+        raise OptionError(f"{data} has nothing that there is a figure of")
     for name, figure in figures.items():
         stem = target.with_suffix("")
         stem = stem if len(figures) == 1 else stem.with_name(f"{stem.name}-{name.replace('_', '-')}")
@@ -69,14 +69,14 @@ def plot(
     return 0
 
 
-def _of_store(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
+def _of_store(path: Path, look: FigureOptions) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return figures and facts of the finished orbits of a store."""
     store = Store(path)
     results = JobResults.stored(path)
     place = results.place
     facts = {"job": store.facts["job"]}
     if not place.size:
-        raise Wrong("no orbit is finished yet")
+        raise OptionError("no orbit is finished yet")
     if results.job.scan is not None:
         return {"scan": scan_figure(results["chaotic_fraction"], results.job.scan.axes, results.job)}, facts
     plan = results.job.plan()
@@ -85,7 +85,7 @@ def _of_store(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
     return figures_of(Scene(results.job, plan, where, look=look, waiting=waiting), results), facts
 
 
-def _of_file(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
+def _of_file(path: Path, look: FigureOptions) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return figures and facts of a file of a command; a file without a job has the library's figure for its result."""
     arrays, facts = files.contents(path)
     import_module("fastaff.quantum")  # files may hold its results

@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from ...jobs.job import Job, Plan
+from ...jobs.job import Job, JobPlan
 from ...jobs.launch import Points
 from ...jobs.scans import ORBITS, Cases, Scan, Scanned, ScanOfChaos
 from ...jobs.scans import scanned as parsed
-from ...jobs.wording import Wrong
+from ...jobs.wording import OptionError
 from ...runs.requirements import current_system
-from ..options import Written
-from ..progress import Progress, drawing, watched
+from ..options import OutputFiles
+from ..progress import TerminalProgress, drawing, watched
 from ..stops import Stops, say
 from .captions import caption, figure_of, in_words, stated, surface_in_words, title, titled, units, write
 from .maps import settled
 
 
-def scanned(texts: list[str], job: Any, output: Written) -> int:
+def scanned(texts: list[str], job: Any, output: OutputFiles) -> int:
     """Compute, save and draw the chaotic fraction over one or two parameters, of the random orbits of a job."""
     body = job.model.build()
     run = job.run
@@ -38,10 +38,10 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
     output.check()
     ranges = job.starts.ranges()
     if None in ranges and any(ranges):
-        raise Wrong("with --scan give both of --range1 and --range2, or none")
+        raise OptionError("with --scan give both of --range1 and --range2, or none")
     work = ScanOfChaos(Cases(axes), job.surface, job.starts, asked)
     one, z0 = _some_case(work, body, section)
-    plan = Plan(system, section, Points(z0), {"chaos_map": asked})
+    plan = JobPlan(system, section, Points(z0), {"chaos_map": asked})
     settled("chaos-map", plan._replace(system=current_system(one)), run)
     cases = work.cases.size
     facts = {
@@ -68,7 +68,7 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
             say(f"{Stops.said()} before any of {cases} cases was finished; nothing is kept")
 
     result = watched(
-        Progress("chaotic fraction", cases * job.starts.orbits),
+        TerminalProgress("chaotic fraction", cases * job.starts.orbits),
         lambda report: work.fractions(body, section, [axis.values for axis in axes], run, report),
         keep,
     )
@@ -84,7 +84,7 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
 def _at_the_end(axes: list[Scanned], job: Job) -> Job:
     """Return the job of random orbits at the last value of the energy, where that is scanned."""
     if job.starts.grid is not None or job.starts.file is not None:
-        raise Wrong(
+        raise OptionError(
             "--scan takes random starts (--orbits), not --grid or --file: the share of random points is that of the "
             "section's area"
         )
@@ -105,7 +105,7 @@ def _some_case(work: ScanOfChaos, body: Any, section: Any) -> tuple[Any, Any]:
             return work.orbits(body, section, values, number)
         except NotReached as empty:
             problem = empty
-    raise Wrong(f"no case of the scan has orbits: {problem}")
+    raise OptionError(f"no case of the scan has orbits: {problem}")
 
 
 def scan_figure(result: Any, texts: list[str], job: Job) -> Any:

@@ -9,14 +9,14 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ...core.interruption import keeping
+from ...core.interruption import partial_result_on_interrupt
 from ...core.names import named
 from ...core.numbers import whole
 from ...jobs.system import Model
-from ...jobs.wording import Wrong
+from ...jobs.wording import OptionError
 from ...quantum.states.level_table import VIBRATION
 from ..options import HOW, WRITTEN, Output, Parameter
-from ..progress import Progress, drawing, watched
+from ..progress import TerminalProgress, drawing, watched
 from ..stops import Stops, say
 from . import scans
 from .captions import caption, figure_of, title, titled, units, write
@@ -30,7 +30,7 @@ SEPARATED = 1e-10
 COUPLED = 1e-6
 """Tolerance of bodies that do not separate."""
 
-Watch = Callable[[Callable[[Progress], Any], str], Any]
+Watch = Callable[[Callable[[TerminalProgress], Any], str], Any]
 
 
 def energy_levels(
@@ -90,11 +90,11 @@ def energy_levels(
         named("--chart", chart, ("alpha-beta", "r-vartheta"))
     _chart(density_chart)
     if scan is not None and classes is None:
-        raise Wrong("--scan needs --m and --l, the classes whose levels are followed")
+        raise OptionError("--scan needs --m and --l, the classes whose levels are followed")
     if below is not None and classes is not None:
-        raise Wrong("--below belongs to the whole body; with --m and --l give --levels")
+        raise OptionError("--below belongs to the whole body; with --m and --l give --levels")
     if (states is not None or density_chart is not None) and (classes is None or len(classes) > 1 or scan is not None):
-        raise Wrong("--states and --density-chart belong to one class: give --m and --l, one number each")
+        raise OptionError("--states and --density-chart belong to one class: give --m and --l, one number each")
     _states(states, levels)
     stem = output.stem("fastaff-spectrum")
     output.check()
@@ -125,8 +125,8 @@ def energy_levels(
         spent = {"wall_time": clock.perf_counter() - start, "interrupted": interrupted}
         return output.save(stem, result, {**facts, **gathered, **spent})
 
-    def watch(compute: Callable[[Progress], Any], kept: str) -> Any:
-        return watched(Progress("levels"), compute, lambda partial: _keep(partial, save, kept))
+    def watch(compute: Callable[[TerminalProgress], Any], kept: str) -> Any:
+        return watched(TerminalProgress("levels"), compute, lambda partial: _keep(partial, save, kept))
 
     found: list[Any] | None = None
     if classes is None:
@@ -156,7 +156,7 @@ def energy_levels(
 def _classes(m: str | None, l: str | None, covering: bool) -> list[tuple[int, int]] | None:
     """Return the classes asked for, None for all."""
     if (m is None) != (l is None):
-        raise Wrong("give both --m and --l, or neither for the whole body")
+        raise OptionError("give both --m and --l, or neither for the whole body")
     if m is None or l is None:
         return None
     spins = _numbers("--m", m)
@@ -165,7 +165,7 @@ def _classes(m: str | None, l: str | None, covering: bool) -> list[tuple[int, in
         return [(spins[0], vorticities[0])]
     found = [(one, other) for one in spins for other in vorticities if covering or (one + other) % 2 == 0]
     if not found:
-        raise Wrong(f"--m {m} and --l {l} have no class with m + l even; --covering takes the others")
+        raise OptionError(f"--m {m} and --l {l} have no class with m + l even; --covering takes the others")
     return found
 
 
@@ -176,7 +176,7 @@ def _numbers(option: str, text: str) -> list[int]:
         if ends[0] > ends[1]:
             raise ValueError
     except ValueError:
-        raise Wrong(
+        raise OptionError(
             f"{option} must be a whole number, or LOW:HIGH with LOW <= HIGH, for example -3:3, got {text!r}"
         ) from None
     return list(range(ends[0], ends[1] + 1))
@@ -190,7 +190,7 @@ def _states(text: str | None, levels: int) -> list[int]:
         if not 1 <= len(numbers) <= PANELS or min(numbers) < 0 or max(numbers) >= levels:
             raise ValueError
     except ValueError:
-        raise Wrong(
+        raise OptionError(
             f"--states must be one to {PANELS} numbers from 0 to {levels - 1} with commas, for example 0,3, got "
             f"{text!r}"
         ) from None
@@ -213,7 +213,7 @@ def _kind(body: Any) -> tuple[bool, bool]:
 
 def _for_bodies(vibration: bool, *given: Any) -> None:
     if vibration and any(value is not None for value in given):
-        raise Wrong("a vibration takes --levels, --hbar and --tolerance; the other options are for bodies")
+        raise OptionError("a vibration takes --levels, --hbar and --tolerance; the other options are for bodies")
 
 
 # Computing
@@ -269,8 +269,8 @@ def _some(
 
     found: list[Any] = []
 
-    def compute(report: Progress) -> Any:
-        with keeping("spectrum", lambda: fastaff.quantum.level_list(found) if found else None):
+    def compute(report: TerminalProgress) -> Any:
+        with partial_result_on_interrupt("spectrum", lambda: fastaff.quantum.level_list(found) if found else None):
             for number, (m, l) in enumerate(classes):
                 found.append(fastaff.quantum.spectrum(body, m=m, l=l, count=levels, **how))
                 report((number + 1) / len(classes))

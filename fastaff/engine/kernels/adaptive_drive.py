@@ -10,13 +10,13 @@ from ...core.status import STEP_TOO_SMALL_CODE
 from ..jit import LANES, jit, read_now, write_now
 from ..pointers import call
 from .stepping import (
+    aligned_zeros,
     call_derivative,
     combine,
     filled,
     load_lane,
     look_back,
     move_lane,
-    room,
     runge_kutta_stages,
     store_lane,
 )
@@ -244,8 +244,8 @@ def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
     observe, numbers, calls = observer
     orbit, fresh, ticks, done, t, h, z, k, memory = lanes
     pending = 1
-    seen = room(1)
-    at = room(1)
+    seen = aligned_zeros(1)
+    at = aligned_zeros(1)
     while pending > 0:
         pending = 0
         for i in range(count):
@@ -282,25 +282,25 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
     memory_rows = memory0.shape[0]
     following = u * unit
     end = min((u + 1) * unit, z0.shape[1])
-    z = room(rows)
-    new = room(rows)
-    work = room(2 * rows + 5)
-    k = room(max(stages, a.shape[0]) * rows)
-    memory = room(memory_rows)
-    t = room(1)
-    h = room(1)
-    norm = room(1)
-    bound = room(1)
-    until = room(1)
-    ahead = room(1)
-    ceiling = room(1)
-    kinetic = room(1)
-    reached = room(1)
-    longest = room(1)
-    code = room(1)
-    done = room(1)
-    fresh = room(1)
-    tried = room(1)
+    z = aligned_zeros(rows)
+    new = aligned_zeros(rows)
+    work = aligned_zeros(2 * rows + 5)
+    k = aligned_zeros(max(stages, a.shape[0]) * rows)
+    memory = aligned_zeros(memory_rows)
+    t = aligned_zeros(1)
+    h = aligned_zeros(1)
+    norm = aligned_zeros(1)
+    bound = aligned_zeros(1)
+    until = aligned_zeros(1)
+    ahead = aligned_zeros(1)
+    ceiling = aligned_zeros(1)
+    kinetic = aligned_zeros(1)
+    reached = aligned_zeros(1)
+    longest = aligned_zeros(1)
+    code = aligned_zeros(1)
+    done = aligned_zeros(1)
+    fresh = aligned_zeros(1)
+    tried = aligned_zeros(1)
     ticks = np.empty(LANES, np.int64)
     orbit = np.empty(LANES, np.int64)
     block = Lanes(orbit, fresh, ticks, done, t, h, z, k, memory)

@@ -34,7 +34,7 @@ def weight(x):
     return e if inside else 0.0
 
 
-class Rows(NamedTuple):
+class BirkhoffRows(NamedTuple):
     """Rows of observer memory: the value now; sums of weights and of weighted values over the first and second half."""
 
     value: int = 0
@@ -45,7 +45,7 @@ class Rows(NamedTuple):
     end: int = 5
 
 
-ROWS = Rows()
+ROWS = BirkhoffRows()
 
 
 @jit(inline=True)

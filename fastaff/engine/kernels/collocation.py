@@ -6,7 +6,7 @@ import numpy as np
 
 from ..fused import fma
 from ..jit import LANES, jit
-from .stepping import call_derivative, keep, room, stretch
+from .stepping import aligned_zeros, call_derivative, keep, stretch
 
 SETTLED = 2.0**-36
 """Change of a sweep, relative to the largest numbers in its half of a state, above which no iteration has converged."""
@@ -211,13 +211,13 @@ def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, 
     slope = k[:size]
     change = k[size : 2 * size]
     least = k[2 * size : 3 * size]
-    going = room(1)
-    before = room(1)
-    none = room(rows)
-    fresh = room(1)
-    relative = room(1)
-    most = room(1)
-    whole = room(3)
+    going = aligned_zeros(1)
+    before = aligned_zeros(1)
+    none = aligned_zeros(rows)
+    fresh = aligned_zeros(1)
+    relative = aligned_zeros(1)
+    most = aligned_zeros(1)
+    whole = aligned_zeros(3)
     new = begun(rows, lanes, parts, fresh)
     keep(stages * rows, lanes, parts, old)
     least[:] = np.inf

@@ -9,7 +9,7 @@ import numpy as np
 from ..jit import LANES, jit, read_now, write_now
 from ..pointers import call
 from .crossings import CERTAIN, LOCATED, LOWER, NOTHING, RECORD, RETURN, UPPER
-from .stepping import advance, filled, load_lane, move_lane, room, row, store_lane
+from .stepping import advance, aligned_zeros, filled, load_lane, move_lane, row, store_lane
 
 SEARCHING = 0.0
 """Kind of a lane's next fractional step: on the way to the root."""
@@ -149,14 +149,14 @@ def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
         pairs += 1 if kind[i] == LOWER or kind[i] == UPPER else 0
     if pairs == 0:
         return
-    low = room(1)
-    high = room(1)
-    inner = room(1)
-    found = room(1)
-    tau = room(1)
-    value = room(1)
-    f = room(1)
-    side = room(1)
+    low = aligned_zeros(1)
+    high = aligned_zeros(1)
+    inner = aligned_zeros(1)
+    found = aligned_zeros(1)
+    tau = aligned_zeros(1)
+    value = aligned_zeros(1)
+    f = aligned_zeros(1)
+    side = aligned_zeros(1)
     for i in range(lanes):
         low[i] = x1[i]
         high[i] = x2[i]
@@ -210,10 +210,10 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
         returns += 1 if kind[i] == RETURN else 0
     if returns == 0:
         return
-    tau = room(1)
-    f = room(1)
-    last = room(1)
-    found = room(1)
+    tau = aligned_zeros(1)
+    f = aligned_zeros(1)
+    last = aligned_zeros(1)
+    found = aligned_zeros(1)
     for i in range(lanes):
         tau[i] = x2[i]
     for sweep in range(90):
@@ -242,10 +242,10 @@ def shift(unit, stop, progress, blocks, scheme, tau, table):
     rows, orbits = table.shape
     first = unit * LANES
     lanes = min(LANES, orbits - first) if read_now(stop, 0) == 0 else 0
-    z = room(scheme.copies * rows + scheme.spare)
-    k = room(scheme.b.size * rows)
-    step = room(1)
-    work = room(rows)
+    z = aligned_zeros(scheme.copies * rows + scheme.spare)
+    k = aligned_zeros(scheme.b.size * rows)
+    step = aligned_zeros(1)
+    work = aligned_zeros(rows)
     for i in range(lanes):
         load_lane(table, first + i, z, i)
         step[i] = tau[first + i]
@@ -263,13 +263,13 @@ def bracket(unit, stop, progress, blocks, scheme, section, records, where):
     rows = records.shape[1] - RECORD.state
     first = unit * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    z = room(scheme.copies * rows + scheme.spare)
-    work = room(rows)
-    k = room(scheme.b.size * rows)
-    start = room(rows)
-    kind = room(1)
-    x1 = room(1)
-    x2 = room(1)
+    z = aligned_zeros(scheme.copies * rows + scheme.spare)
+    work = aligned_zeros(rows)
+    k = aligned_zeros(scheme.b.size * rows)
+    start = aligned_zeros(rows)
+    kind = aligned_zeros(1)
+    x1 = aligned_zeros(1)
+    x2 = aligned_zeros(1)
     for i in range(lanes):
         record = records[where[first + i]]
         kind[i] = record[RECORD.kind]
@@ -344,12 +344,12 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
     rows = records.shape[1] - RECORD.state
     following = unit * size
     end = min((unit + 1) * size, where.size)
-    z = room(scheme.copies * rows + scheme.spare)
-    work = room(rows)
-    k = room(scheme.b.size * rows)
-    start = room(rows)
-    search = room(SEARCH.end)
-    kind = room(1)
+    z = aligned_zeros(scheme.copies * rows + scheme.spare)
+    work = aligned_zeros(rows)
+    k = aligned_zeros(scheme.b.size * rows)
+    start = aligned_zeros(rows)
+    search = aligned_zeros(SEARCH.end)
+    kind = aligned_zeros(1)
     number = np.zeros(LANES, np.int64)
     tau = row(search, SEARCH.tau)
     f = row(search, SEARCH.f)
@@ -390,7 +390,7 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
             move_lane(rows, lanes, i, z)
 
 
-def lean(unit, stop, progress, section, nudge, z, size, speed, result):
+def conditioning_of(unit, stop, progress, section, nudge, z, size, speed, result):
     """Fill result (points,) with the ratio of a crossing's error to its state's error: the change of the section
     function by an amplitude of the motion over its change in a radian, at least 1, NaN where there is none.
 
@@ -403,12 +403,12 @@ def lean(unit, stop, progress, section, nudge, z, size, speed, result):
     first = unit * LANES
     each = points // size.shape[1]
     lanes = min(LANES, points - first)
-    block = room(rows)
-    ahead = room(1)
-    behind = room(1)
-    amplitude = room(1)
-    change = room(1)
-    passing = room(1)
+    block = aligned_zeros(rows)
+    ahead = aligned_zeros(1)
+    behind = aligned_zeros(1)
+    amplitude = aligned_zeros(1)
+    change = aligned_zeros(1)
+    passing = aligned_zeros(1)
     orbit = np.empty(LANES, np.int64)
     for i in range(lanes):
         orbit[i] = (first + i) // each

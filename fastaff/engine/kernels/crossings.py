@@ -91,7 +91,7 @@ PARTED = np.inf
 """Number of certain crossings of an orbit that is done because it has diverged from another run."""
 
 
-class Rows(NamedTuple):
+class CrossingRows(NamedTuple):
     """Rows of observer memory: section function now, one and two steps ago; times one and two steps ago; records
     written, certain crossings among them, or PARTED; whether there is news; successive steps at which the function was
     zero; its size at the steps before; the first row of the state a step ago.
@@ -110,10 +110,10 @@ class Rows(NamedTuple):
     state: int = 10
 
 
-ROWS = Rows()
+ROWS = CrossingRows()
 
 
-def dips(earlier, before, now, first, second):
+def may_touch_zero(earlier, before, now, first, second):
     """Tell whether a parabola through three values of one sign, at distances `first` and `second`, may reach zero near
     the middle one; numbers or arrays.
 
@@ -125,14 +125,14 @@ def dips(earlier, before, now, first, second):
     return nearest & (4.0 * abs(before) <= abs(bend) * np.maximum(first, second) ** 2)
 
 
-_dips = jit(dips)
+_dips = jit(may_touch_zero)
 
 
 @jit
 def has_news(most, direction, earlier, before, now):
     """Tell whether an orbit has passed the section over the last step, in the direction that counts, was on it at an
-    end of that step, or was nearest to it at the beginning of that step, on one side: `dips` then tells whether there
-    may be a pair of crossings.
+    end of that step, or was nearest to it at the beginning of that step, on one side: `may_touch_zero` then tells
+    whether there may be a pair of crossings.
 
     A function of an angle jumps between two sections by more than `most`: a jump is no crossing.
     """

@@ -25,7 +25,7 @@ from ..pointers import call_reading, call_value
 from .stepping import row
 
 
-class Rows(NamedTuple):
+class DeviationRows(NamedTuple):
     """Rows of observer memory. The caller sets the stride, and `left` to the same number.
 
     left: looks until the next renormalisation of the orbit's vectors, every `stride` looks; due: whether it is now;
@@ -51,7 +51,7 @@ class Rows(NamedTuple):
     end: int = 13
 
 
-ROWS = Rows()
+ROWS = DeviationRows()
 
 
 class Parts(NamedTuple):

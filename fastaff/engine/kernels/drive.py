@@ -14,7 +14,7 @@ import numpy as np
 from ...core.status import NOT_CONVERGED_CODE
 from ..jit import LANES, jit, read_now, write_now
 from ..pointers import call
-from .stepping import advance, filled, keep, load_lane, look_back, move_lane, room, store_lane
+from .stepping import advance, aligned_zeros, filled, keep, load_lane, look_back, move_lane, store_lane
 
 BURST = 128
 """Steps between reads of the stop flag."""
@@ -29,7 +29,7 @@ STRETCH = 32
 
 
 @jit
-def next_look(n):
+def next_check(n):
     """Return the first number of steps above n at which a block checks its orbits.
 
     Powers of two up to BURST, then two moments of each BURST: an orbit may be at rest at all multiples of one number of
@@ -44,7 +44,7 @@ def next_look(n):
     return n - rest + (BETWEEN if rest < BETWEEN else BURST)
 
 
-class Orbits(NamedTuple):
+class RunningOrbits(NamedTuple):
     """Running orbits, as in `flows.Ensemble`, with an observer's memory and records of each: z and memory (rows,
     orbits), out (orbits, columns), the others, such as the number of steps `taken`, (orbits,).
     """
@@ -80,7 +80,7 @@ class FixedSteps(NamedTuple):
 def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     """Advance unit u of the orbits by fixed steps.
 
-    The domain is checked at every step; escape radii and kinetic energies are checked at `next_look` (at every step
+    The domain is checked at every step; escape radii and kinetic energies are checked at `next_check` (at every step
     with `refill`, before every observation if `strict`); splittings take all steps to the next check or observation at
     once. orbits.kinetic keeps the largest kinetic energy that was seen.
     """
@@ -101,22 +101,22 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     state_rows = scheme.copies * rows
     following = u * unit
     end = min((u + 1) * unit, z0.shape[1])
-    block = room(state_rows + scheme.spare)
-    work = room(rows)
-    memory = room(memory_rows)
-    k = room(scheme.b.size * rows)
-    begin = room(rows)
+    block = aligned_zeros(state_rows + scheme.spare)
+    work = aligned_zeros(rows)
+    memory = aligned_zeros(memory_rows)
+    k = aligned_zeros(scheme.b.size * rows)
+    begin = aligned_zeros(rows)
     z = block[: state_rows * LANES]
-    t = room(1)
-    h = room(1)
-    code = room(1)
-    done = room(1)
-    fresh = room(1)
-    kinetic = room(1)
-    seen = room(1)
-    found = room(1)
-    reached = room(1)
-    bound = room(1)
+    t = aligned_zeros(1)
+    h = aligned_zeros(1)
+    code = aligned_zeros(1)
+    done = aligned_zeros(1)
+    fresh = aligned_zeros(1)
+    kinetic = aligned_zeros(1)
+    seen = aligned_zeros(1)
+    found = aligned_zeros(1)
+    reached = aligned_zeros(1)
+    bound = aligned_zeros(1)
     n = np.empty(LANES, np.int64)
     orbit = np.empty(LANES, np.int64)
     left = np.empty(LANES, np.int64)
@@ -153,7 +153,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         wide = filled(lanes, state_rows, z, h)
         while ran < burst and ended == 0:
             each = refill or blocks.leapt != 0
-            quiet = 1 if each else min(burst - ran, next_look(n[0]) - n[0])  # steps to the next check
+            quiet = 1 if each else min(burst - ran, next_check(n[0]) - n[0])  # steps to the next check
             if quiet > 1:
                 for i in range(lanes):
                     quiet = min(quiet, left[i])
@@ -167,7 +167,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                 left[i] = left[i] - taken
                 t[i] = n[i] * h[i]
                 due += 1 if left[i] == 0 else 0
-            all_look = refill or next_look(n[0] - 1) == n[0]
+            all_look = refill or next_check(n[0] - 1) == n[0]
             if all_look:
                 call(check, params, wide, bound, z, code, kinetic)
             else:
@@ -249,16 +249,16 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         return
     rows = orbits.z.shape[0]
     memory_rows = orbits.memory.shape[0]
-    block = room(scheme.copies * rows + scheme.spare)
-    memory = room(memory_rows)
+    block = aligned_zeros(scheme.copies * rows + scheme.spare)
+    memory = aligned_zeros(memory_rows)
     orbit = np.full(LANES, o, np.int64)
     z = block[: scheme.copies * rows * LANES]
-    t = room(1)
-    code = room(1)
-    done = room(1)
-    seen = room(1)
-    kinetic = room(1)
-    bound = room(1)
+    t = aligned_zeros(1)
+    code = aligned_zeros(1)
+    done = aligned_zeros(1)
+    seen = aligned_zeros(1)
+    kinetic = aligned_zeros(1)
+    bound = aligned_zeros(1)
     load_lane(orbits.z, o, z, 0)
     load_lane(orbits.memory, o, memory, 0)
     kinetic[0] = orbits.kinetic[o]
@@ -268,12 +268,12 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     while n < total and code[0] == 0.0 and done[0] == 0.0 and read_now(stop, 0) == 0:
         until = min(total, n + LONG - n % LONG)
         while n < until and code[0] == 0.0 and done[0] == 0.0:
-            quiet = min(left, 1 if refill else min(until, next_look(n)) - n)
+            quiet = min(left, 1 if refill else min(until, next_check(n)) - n)
             taken = call(blocks.march, params, scheme.drift, scheme.kick, h, quiet, block, block[:0])
             n = n + taken
             left = left - taken
             t[0] = n * h
-            if refill or n == total or next_look(n - 1) == n or (strict and left == 0):
+            if refill or n == total or next_check(n - 1) == n or (strict and left == 0):
                 call(blocks.check, params, 1, bound, z, code, kinetic)
             else:
                 call(blocks.inside, params, 1, z, code)
@@ -309,16 +309,16 @@ def run_along(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         return
     rows = orbits.z.shape[0]
     memory_rows = orbits.memory.shape[0]
-    block = room(scheme.copies * rows + scheme.spare)
-    memory = room(memory_rows)
+    block = aligned_zeros(scheme.copies * rows + scheme.spare)
+    memory = aligned_zeros(memory_rows)
     orbit = np.full(LANES, o, np.int64)
-    trace = room(rows + 2)
-    t = room(1)
-    code = room(1)
-    done = room(1)
-    seen = room(1)
-    kinetic = room(1)
-    bound = room(1)
+    trace = aligned_zeros(rows + 2)
+    t = aligned_zeros(1)
+    code = aligned_zeros(1)
+    done = aligned_zeros(1)
+    seen = aligned_zeros(1)
+    kinetic = aligned_zeros(1)
+    bound = aligned_zeros(1)
     load_lane(orbits.z, o, block[: rows * LANES], 0)
     load_lane(orbits.memory, o, memory, 0)
     largest = orbits.kinetic[o]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..jit import LANES, jit
-from .stepping import load_lane, room
+from .stepping import aligned_zeros, load_lane
 
 ROUNDS = 2
 """Number of divisions of a decade of the table."""
@@ -59,12 +59,12 @@ def find_turns(u, params, potential, centrifugal, distances, z, along, begin, lo
     rows, orbits = z.shape
     first = u * LANES
     lanes = min(LANES, orbits - first)
-    start = room(rows)
-    line = room(rows)
-    place = room(rows)
-    least = room(1)
-    bound = room(1)
-    far = room(1)
+    start = aligned_zeros(rows)
+    line = aligned_zeros(rows)
+    place = aligned_zeros(rows)
+    least = aligned_zeros(1)
+    bound = aligned_zeros(1)
+    far = aligned_zeros(1)
     inside = np.zeros(LANES, np.int64)
     number = np.zeros(LANES, np.int64)
     most = 0

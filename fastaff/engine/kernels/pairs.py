@@ -9,7 +9,7 @@ from ..pointers import call_observer
 from .stepping import row
 
 
-class Rows(NamedTuple):
+class PairRows(NamedTuple):
     """Rows of observer memory after those of the two observers that `both` calls: which of them is done with an orbit,
     and room for the lanes that an observer still sees.
     """
@@ -20,7 +20,7 @@ class Rows(NamedTuple):
     end: int = 3
 
 
-ROWS = Rows()
+ROWS = PairRows()
 
 
 @jit(inline=True)

@@ -11,7 +11,7 @@ from ..pointers import call_value
 from .stepping import row
 
 
-class Rows(NamedTuple):
+class SampleRows(NamedTuple):
     """Rows of observer memory: samples taken; if only every stride-th observation is one, also the stride, observations
     left until the next sample, whether it is this one, and the value now.
 
@@ -26,12 +26,12 @@ class Rows(NamedTuple):
     end: int = 5
 
 
-ROWS = Rows()
+ROWS = SampleRows()
 
 
 class WearRows(NamedTuple):
     """Rows of observer memory of slowed orbits: the share that momenta lose in a unit of sqrt(time), the root of the
-    time up to which they lose three times as much, the share lost so far and the share kept now; as in `Rows`, a
+    time up to which they lose three times as much, the share lost so far and the share kept now; as in `SampleRows`, a
     stride, observations left and whether one is due: one that slows, or of orbits that each observation slows one that
     is a sample, which have another row for the number taken.
 

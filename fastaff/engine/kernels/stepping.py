@@ -60,7 +60,7 @@ def blank(rows):
     return whole[first : first + rows * LANES]
 
 
-room = jit(blank)
+aligned_zeros = jit(blank)
 
 
 @jit

@@ -8,7 +8,7 @@ from ..jit import LANES, jit
 from .crossings import CERTAIN, RECORD
 
 
-class Rows(NamedTuple):
+class TimeLevelRows(NamedTuple):
     """Rows of observer memory: levels passed; time of the step before; the first one of the state then."""
 
     passed: int = 0
@@ -16,7 +16,7 @@ class Rows(NamedTuple):
     state: int = 2
 
 
-ROWS = Rows()
+ROWS = TimeLevelRows()
 
 
 @jit(inline=True)

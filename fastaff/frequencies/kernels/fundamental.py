@@ -36,7 +36,7 @@ class Vectors(NamedTuple):
     sizes: np.ndarray
 
 
-class Lattice(NamedTuple):
+class FrequencyLattice(NamedTuple):
     """Lattices of lines: ranks (orbits,), generators with their errors, and their numbers among the lines, -1 for those
     that are no line (orbits, m).
     """
@@ -47,14 +47,14 @@ class Lattice(NamedTuple):
     source: np.ndarray
 
 
-class Tables(NamedTuple):
+class WindowTables(NamedTuple):
     """Tables for different numbers of samples, one after the other: an orbit's begins at its `start`."""
 
     numbers: np.ndarray
     start: np.ndarray
 
 
-class Rows(NamedTuple):
+class SignalRows(NamedTuple):
     """Rows of orbits by pairs Q, P: their drift from sample to sample, their means without drift, and sizes (orbits,
     2m), and which of the loops Q - i P move (orbits, m).
     """
@@ -361,7 +361,7 @@ def growth(row, tables, rest, sums):
 def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops, found):
     """Fill rows (orbits, 2m, samples) with the first samples of the signals without drift and mean, in units of their
     size; loops (orbits, m, samples) with Q - i P of these, 0 where a loop is at rest; and `found` with their drift,
-    mean, size and motion, see `Rows`. window (samples,): of sum 1.
+    mean, size and motion, see `SignalRows`. window (samples,): of sum 1.
     """
     drift, centre, size, moving = found
     if read_now(stop, 0) > 0:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.jit import jit, read_now
-from .fundamental import BLOCK, Lattice, generate, relate
+from .fundamental import BLOCK, FrequencyLattice, generate, relate
 from .harmonic_inversion import PEAK_BASIS, new_band
 from .loop_lines import DOUBLE, FEWEST, LoopLines, read_peaks, signed_places, split_peaks
 from .loop_transforms import SUMS
@@ -33,7 +33,7 @@ CHANCE = 0.5
 """Expected number of accidental relations up to which a line counts as explained."""
 
 
-class Lines(NamedTuple):
+class RankedLines(NamedTuple):
     """Lines of loops, the largest first: frequencies, error bars, and sizes relative to the loop's largest (orbits, m,
     lines).
     """
@@ -53,15 +53,15 @@ class LatticeLimits(NamedTuple):
     visible: float
 
 
-class Found(NamedTuple):
+class FoundLattices(NamedTuple):
     """Lines of orbits and their lattices: lines; lattice; rest (orbits,), the largest share of a loop's size outside of
     its FIRST peaks; tail (orbits,), the largest size above three quarters of the highest frequency of the samples,
     relative to the loop's largest; strange (orbits,): the relative size of the largest line that the lattice does not
     explain.
     """
 
-    lines: Lines
-    lattice: Lattice
+    lines: RankedLines
+    lattice: FrequencyLattice
     rest: np.ndarray
     tail: np.ndarray
     strange: np.ndarray
@@ -193,7 +193,7 @@ def find_lattice(unit, stop, progress, spectra, bands, order, limits, vectors, f
     spectrum = spectra.numbers[first : first + m * samples].reshape((m, samples))
     transforms = bands.numbers[begin : begin + m * SUMS * size].reshape((m, SUMS, size))
     edges = bands.edges[unit]
-    own = Lines(found.lines.value[unit], found.lines.bar[unit], found.lines.strength[unit])
+    own = RankedLines(found.lines.value[unit], found.lines.bar[unit], found.lines.strength[unit])
     band = new_band(PEAK_BASIS)
     most = own.value.shape[1]
     places = np.zeros((m, most))

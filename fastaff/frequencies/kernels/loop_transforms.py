@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.jit import jit, read_now
-from .fundamental import BLOCK, Rows, growth, rows_of, total
+from .fundamental import BLOCK, SignalRows, growth, rows_of, total
 
 SUMS = 4
 """Transforms of a loop for harmonic inversion: of the first half and of the second, each plain and times a ramp."""
@@ -21,13 +21,13 @@ SUMS = 4
 
 class Spectra(NamedTuple):
     """Fourier transforms of windowed loops of the first n samples (orbits,) of signals: those of an orbit (m, n) from
-    its start (orbits,) on; and the `Rows` of their signals.
+    its start (orbits,) on; and the `SignalRows` of their signals.
     """
 
     numbers: np.ndarray
     start: np.ndarray
     n: np.ndarray
-    rows: Rows
+    rows: SignalRows
 
 
 class Bands(NamedTuple):

@@ -21,7 +21,7 @@ CUT = 16
 """Amplitude, in floors, up to which a peak may be the rest of cut tails and is no line."""
 
 
-class Window(NamedTuple):
+class NaffWindow(NamedTuple):
     """Tables of one window: order p >= 0 over N samples."""
 
     order: int
@@ -35,7 +35,7 @@ class Window(NamedTuple):
     envelope: Any  # (4,) height, width of the bound of |W'|/sum w_n tau_n^2; 1/(N sum w_n^2); noise to error of u
 
 
-class Work(NamedTuple):
+class NaffScratch(NamedTuple):
     """Scratch memory for one signal at a time."""
 
     spectrum: Any  # (2, N) transform of the windowed signal without the lines, real and imaginary parts
@@ -51,10 +51,10 @@ class Work(NamedTuple):
     coupling: Any  # (lines,) factor by which neighbours of a line widen its error
 
 
-def workspace(samples: int, lines: int) -> Work:
+def workspace(samples: int, lines: int) -> NaffScratch:
     """Allocate scratch memory for signals of `samples` and up to `lines` lines."""
     full = np.zeros
-    return Work(
+    return NaffScratch(
         spectrum=full((2, samples)),
         top=full(1),
         lanes=blank(4).reshape(4, LANES),

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...core.numbers import fits, flag, real, whole
 from ...core.status import Status
-from ...results.calls import recorded
+from ...results.calls import records_call
 from ...systems.charts import Chart
 from ...systems.models import Body
 from ..states.level_table import LevelTable
@@ -22,7 +22,7 @@ ROUNDING = 16 * np.finfo(float).eps
 """Relative error of closed forms."""
 
 
-@recorded
+@records_call
 def exact_levels(
     body: Body,
     *,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.interruption import keeping
+from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import numbers, real, shown
 from ...core.status import Status
 from ...frequencies.integer_lattice import determinant
@@ -17,7 +17,7 @@ from ...runs.requirements import checked_system, current_system, phase_points
 from ...tori.fit_torus import fit_torus
 from ...tori.torus import TorusFit, Verdict, tangents
 from ..states.level_table import TORI, LevelTable
-from ..states.modes import Modes, modes_of, swapped
+from ..states.modes import NormalModes, modes_of, swapped
 from ..states.symmetry import action_quantum
 
 PERIODS = 60.0
@@ -70,7 +70,7 @@ class Level(NamedTuple):
     names: tuple[str, ...]
 
 
-def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.ndarray | None) -> Level:
+def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, near: np.ndarray | None) -> Level:
     """Return the level with quantum numbers n (modes,) of these modes, or in the basis of the torus near a phase point
     (2n,), by default the next ones there: Newton's method on the actions, whose gradient is S dz/dtheta.
     """
@@ -143,7 +143,7 @@ def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) 
     points = [None] if near is None else list(phase_points("near", near, current_system(model)).T)
     found: list[Level] = []
     table = functools.partial(_table, found, known, way, near is not None, model, quantum)
-    with keeping("quasiclassical_levels", table):
+    with partial_result_on_interrupt("quasiclassical_levels", table):
         if below is not None:
             return _below(model, known, real("below", below), h, found, table)
         rows = [None] * len(points) if n is None else list(quanta(n, known.omega.size).T)
@@ -157,7 +157,7 @@ def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) 
 
 
 def _below(
-    model: Any, modes: Modes, top: float, h: float, found: list[Level], table: Callable[[], LevelTable]
+    model: Any, modes: NormalModes, top: float, h: float, found: list[Level], table: Callable[[], LevelTable]
 ) -> LevelTable:
     """Find all levels below an energy, from the ground state on, by ever more quanta."""
     size = modes.omega.size
@@ -183,7 +183,7 @@ def quanta(n: Any, size: int) -> np.ndarray:
     return rows.reshape(size, -1).astype(np.int64)
 
 
-def _table(found: list[Level], modes: Modes, way: str, near: bool, model: Any, hbar: float) -> LevelTable:
+def _table(found: list[Level], modes: NormalModes, way: str, near: bool, model: Any, hbar: float) -> LevelTable:
     """Return levels as a table."""
     size = modes.omega.size
     if near:

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from ...core.names import named
 from ...core.numbers import flag, positive, real, text, whole
-from ...results.calls import recorded
+from ...results.calls import records_call
 from ...systems.charts import Chart
-from ...systems.models.contracts import Dynamics, Model
+from ...systems.models.contracts import Dynamics, SeparableModel
 from ...tori.inverse_tori import LARGEST_ACTION, energy_of_actions
 from ...tori.separation import separate
 from ..states.level_table import LevelTable
@@ -32,7 +32,7 @@ QUADRATURE = 5e-10
 """Assumed relative error of E(J): that of quadratures is some 1e-11."""
 
 
-@recorded
+@records_call
 def quasiclassical_levels(
     body: Dynamics,
     *,
@@ -108,7 +108,7 @@ def quasiclassical_levels(
         if not np.abs(J).max(initial=0.0) < LARGEST_ACTION:
             most = f"{LARGEST_ACTION / (2 * np.pi):.3g}"
             raise ValueError(f"hbar times the quantum numbers must be below {most}, got hbar = {hbar!r}")
-        found = energy_of_actions(cast(Model, body), J, chart=chart, near=near)
+        found = energy_of_actions(cast(SeparableModel, body), J, chart=chart, near=near)
         return LevelTable(
             E=found.energy,
             error=QUADRATURE * np.abs(found.energy),

@@ -14,7 +14,7 @@ from ...runs.requirements import current_system
 from ...systems.charts import ALPHA_BETA, Chart
 from ...systems.models import Body
 from ..spectra.spectrum import solved_families, spectrum, spectrum_table
-from ..states.quadrature import GROWTH, Grid, converged_box, resolved
+from ..states.quadrature import GROWTH, NodeGrid, converged_box, resolved
 from ..states.state import State, invariants_of
 from ..states.symmetry import SymmetryClass, checked_class
 from .packet import Packet
@@ -62,7 +62,7 @@ def projected_packet(
     if not callable(function):
         raise TypeError(f"function must be callable, got {function!r}")
 
-    def values(grid: Grid) -> np.ndarray:
+    def values(grid: NodeGrid) -> np.ndarray:
         found = np.broadcast_to(np.asarray(function(*invariants.from_radii(*grid.radii))), grid.weights.shape)
         if found.dtype.kind not in "fiuc" or not np.isfinite(found).all():
             raise ValueError("function must return finite real or complex numbers where the states of the body live")

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..states.level_table import Waves
-from .jacobi_basis import Basis, Interval, basis, gauss_jacobi, jacobi_table
+from .jacobi_basis import Basis, ProblemEnds, basis, gauss_jacobi, jacobi_table
 from .lapack import lowest_states
 from .panels import Panels
-from .plane_problem import Problem
+from .plane_problem import PlaneProblem
 from .plane_shape import ChannelWaves
 from .separable import angular_interval, angular_potential
 from .singular_ends import decayed, exponent, sampled
@@ -28,32 +28,32 @@ larger values would be in all levels.
 """
 
 
-class TooLarge(Exception):
+class MatrixTooLarge(Exception):
     """The matrix would be larger than it may be: the message has its size and the reason."""
 
 
-def too_large(size: float, largest: int, parts: tuple[Panels, Panels], narrow: bool) -> TooLarge:
+def too_large(size: float, largest: int, parts: tuple[Panels, Panels], narrow: bool) -> MatrixTooLarge:
     """Return the error; narrow: whether features of V make the matrix large, not waves."""
     if not narrow:
         ends = parts[0].edges
-        return TooLarge(
+        return MatrixTooLarge(
             f"{size:.3g} functions of rho and vartheta, more than {largest}: waves are short in the room they have, "
             f"rho = {ends[0]:.3g} to {ends[-1]:.3g}; take a larger hbar, smaller m and l, or fewer levels"
         )
     place = [int(np.argmin(np.diff(part.edges[1:-1]))) + 1 if part.edges.size > 3 else 0 for part in parts]
     q, x = (float(part.edges[k]) for part, k in zip(parts, place, strict=True))
-    return TooLarge(
+    return MatrixTooLarge(
         f"{size:.3g} functions of rho and vartheta, more than {largest}, however few levels are asked for: V has "
         f"features so narrow, as at rho = {q:.4g} or cos(vartheta) = {x:.4g}; take wider ones"
     )
 
 
-class _Bases(NamedTuple):
+class _ChannelBasis(NamedTuple):
     """Grid in rho and basis in x: polynomials of nodes, nodes, -d^2/drho^2 + (3/4 - rest)/rho^2 between nodes, rest;
     matrix of L_x; the basis in rho, and the potential less the part that its weight takes.
     """
 
-    rho: Interval
+    rho: ProblemEnds
     grid: np.ndarray
     nodes: np.ndarray
     kinetic: np.ndarray
@@ -63,7 +63,7 @@ class _Bases(NamedTuple):
     radial: Basis
     weights: np.ndarray
 
-    def quotients(self, problem: Problem, tables: np.ndarray, highest: float) -> np.ndarray:
+    def quotients(self, problem: PlaneProblem, tables: np.ndarray, highest: float) -> np.ndarray:
         """Return the Rayleigh quotients (levels,) of tables (nodes, n_x, levels) as sums over the nodes.
 
         The matrix has large entries that cancel, with the rounding of the largest; vectors enter squared.
@@ -82,19 +82,21 @@ class _Bases(NamedTuple):
         return E / (tables**2).sum(axis=(0, 1))
 
 
-def beyond(problem: Problem, bottom: float, top: float) -> float:
+def beyond(problem: PlaneProblem, bottom: float, top: float) -> float:
     """Return an energy above the highest level, and below where V ends."""
     return min(bottom + 1.2 * (top - bottom), (top + problem.threshold) / 2)
 
 
-def sizes(problem: Problem, near: float, far: float, bottom: float, top: float, density: float) -> tuple[int, int]:
+def sizes(problem: PlaneProblem, near: float, far: float, bottom: float, top: float, density: float) -> tuple[int, int]:
     """Return the numbers of global functions of rho and of x that resolve waves."""
     return int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12)), int(
         density * (1.2 * problem.channels(top) + 16)
     )
 
 
-def _bases(problem: Problem, parts: tuple[Panels, Panels], bottom: float, top: float, density: float) -> _Bases:
+def _bases(
+    problem: PlaneProblem, parts: tuple[Panels, Panels], bottom: float, top: float, density: float
+) -> _ChannelBasis:
     with np.errstate(invalid="ignore"):
         near, far = decayed("V", problem.rho, problem.lowest, beyond(problem, bottom, top), 0.0, problem.far)
     n_rho, n_x = sizes(problem, near, far, bottom, top, density)
@@ -107,13 +109,13 @@ def _bases(problem: Problem, parts: tuple[Panels, Panels], bottom: float, top: f
     free = angular.matrix(angular_potential(angular, problem.a, problem.b), 1 - angular.x**2)[0]
     tiny = np.array([1e-6 * far])
     e_lo = inner_exponent(near, tiny[0], _angular_matrices(problem, angular, free, tiny)[0])
-    outer = Interval(near, far, np.array([e_lo]), np.array([1.0]), True, True)
+    outer = ProblemEnds(near, far, np.array([e_lo]), np.array([1.0]), True, True)
     radial = basis(outer, n_rho, 8)
     weights = 2 * e_lo / (radial.below * radial.above)  # e_lo (e_lo - 1)/rho^2 cancels at rho = 0; it is 0 at a wall
     alpha, beta = 2 * outer.e_hi, 2 * outer.e_lo
     t, w = gauss_jacobi(n_rho, alpha, beta)
     grid = (jacobi_table(n_rho, alpha, beta, t)[0] * np.sqrt(w[0])[:, None]).T
-    return _Bases(
+    return _ChannelBasis(
         rho=outer,
         grid=grid,
         nodes=near + (far - near) * (1 + t[0]) / 2,
@@ -134,7 +136,7 @@ def inner_exponent(near: float, tiny: float, matrix: np.ndarray) -> float:
 
 
 def by_channels(
-    problem: Problem,
+    problem: PlaneProblem,
     parts: tuple[Panels, Panels],
     count: int,
     bottom: float,
@@ -200,7 +202,7 @@ def cut_off(U: np.ndarray, highest: float) -> np.ndarray:
 
 
 def _angular_matrices(
-    problem: Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf
+    problem: PlaneProblem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf
 ) -> np.ndarray:
     """Return the matrices (rho, n, n) of 4 L_x/rho^2 + U at every rho, U cut off at `highest`."""
     U = _at_nodes(problem, angular, rho, highest)
@@ -208,7 +210,7 @@ def _angular_matrices(
     return free * (4 / rho**2)[:, None, None] + (values * (angular.weight[0] * U)[..., None]).mT @ values
 
 
-def _at_nodes(problem: Problem, angular: Basis, rho: np.ndarray, highest: float) -> np.ndarray:
+def _at_nodes(problem: PlaneProblem, angular: Basis, rho: np.ndarray, highest: float) -> np.ndarray:
     """Return U (rho, nodes) at every rho and at the nodes of the basis in x, cut off at `highest`."""
     vartheta = 2 * np.arctan2(np.sqrt(1 - angular.x[0]), np.sqrt(1 + angular.x[0]))
     return cut_off(sampled(lambda q: problem.U(q, vartheta), rho[:, None] + 0 * vartheta), highest)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .jacobi_basis import Interval, gauss_jacobi, interval_rule
+from .jacobi_basis import ProblemEnds, gauss_jacobi, interval_rule
 from .lapack import lowest_states
 from .panels import barycentric
 
@@ -35,7 +35,7 @@ class Elements(NamedTuple):
     """
 
     edges: np.ndarray
-    interval: Interval
+    interval: ProblemEnds
     t: np.ndarray
     x: np.ndarray
     below: np.ndarray
@@ -217,7 +217,7 @@ def elements(edges: np.ndarray, n: int, e_lo: float, e_hi: float, wall_lo: bool,
     exponents = np.zeros((2, E))
     exponents[0, 0] = e_lo
     exponents[1, -1] = e_hi
-    interval = Interval(float(edges[0]), float(edges[-1]), exponents[0], exponents[1], wall_lo, wall_hi)
+    interval = ProblemEnds(float(edges[0]), float(edges[-1]), exponents[0], exponents[1], wall_lo, wall_hi)
     return Elements(edges, interval, t, x, below, above, weight, slopes, mass=summed(weight))
 
 

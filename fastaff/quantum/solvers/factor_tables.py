@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..states.factors import AngleFactor, Factor, PlaneFactor, RadialFactor
 from .elements import ElementFunction, Elements
-from .jacobi_basis import Interval, IntervalFunction
+from .jacobi_basis import IntervalFunction, ProblemEnds
 
 
 class AngularFunction(NamedTuple):
@@ -87,7 +87,7 @@ class FactorTable(Protocol):
 class IntervalFunctions(NamedTuple):
     """Solutions in one basis: coefficients (problems, n, levels) of the orthonormal polynomials."""
 
-    interval: Interval
+    interval: ProblemEnds
     coefficients: np.ndarray
 
     def one(self, problem: int, level: int) -> IntervalFunction:

@@ -14,7 +14,7 @@ import numpy as np
 from ...core.descent import descended
 from .cover import SLACK, THIN
 from .intervals import Interval, interval
-from .lattice import Grid, Problem
+from .lattice import LatticeGrid, LatticeProblem
 
 SMALL = 1e-8
 """Coordinates of boxes below this one are cut evenly, the others by ratios."""
@@ -38,7 +38,7 @@ STEPS = 0.5
 """First step of a descent in parts of its box."""
 
 
-class Cover(NamedTuple):
+class WellCover(NamedTuple):
     """Boxes of coordinates that together hold all places where V may be below an energy, and their samples of V.
 
     lo, hi (d, boxes); at (d, boxes), low (boxes,): the place and the least of the samples of each; floor (boxes,): a
@@ -54,10 +54,10 @@ class Cover(NamedTuple):
     coarse: np.ndarray
     blind: bool = False
 
-    def where(self, chosen: np.ndarray) -> Cover:
+    def where(self, chosen: np.ndarray) -> WellCover:
         """Return some of the boxes."""
         lo, hi, at, low, floor, coarse = (row[..., chosen] for row in self[:6])
-        return Cover(lo, hi, at, low=low, floor=floor, coarse=coarse, blind=self.blind)
+        return WellCover(lo, hi, at, low=low, floor=floor, coarse=coarse, blind=self.blind)
 
 
 class Boxes(NamedTuple):
@@ -66,7 +66,7 @@ class Boxes(NamedTuple):
     """
 
     model: Any
-    problem: Problem
+    problem: LatticeProblem
     half: np.ndarray
 
     def place(self, t: np.ndarray) -> np.ndarray:
@@ -108,7 +108,7 @@ class Boxes(NamedTuple):
         return np.where(live, floor, np.inf), np.where(live, ceiling, np.inf), flat
 
 
-def vibration_cover(model: Any, problem: Problem, top: float, step: np.ndarray) -> Cover:
+def vibration_cover(model: Any, problem: LatticeProblem, top: float, step: np.ndarray) -> WellCover:
     """Return the cover of the coordinates by boxes where V may be below `top`.
 
     A box is halved while V may be far below its samples, and, down to the steps (d,) of a grid, while it may hold a
@@ -132,7 +132,7 @@ def vibration_cover(model: Any, problem: Problem, top: float, step: np.ndarray) 
             floor, ceiling, flat = boxes.bounds(low, high)
         except Exception:  # any error of a function that takes numbers alone
             none = np.empty(0)
-            return Cover(*(lo[:, :0],) * 3, none, none, none > 0, blind=True)
+            return WellCover(*(lo[:, :0],) * 3, none, none, none > 0, blind=True)
         keep = floor < top
         looked = looked + floor.size
         lo, hi, low, high, floor = (row[..., keep] for row in (lo, hi, low, high, floor))
@@ -158,7 +158,7 @@ def vibration_cover(model: Any, problem: Problem, top: float, step: np.ndarray) 
         lo = np.concatenate([lo, np.where(which, middle, lo)], axis=1)
         hi = np.concatenate([np.where(which, middle, hi), hi], axis=1)
     low, high, at, least, floor, coarse = (np.concatenate(rows, axis=-1) for rows in zip(*done, strict=True))
-    return Cover(low, high, at, low=least, floor=floor, coarse=coarse)
+    return WellCover(low, high, at, low=least, floor=floor, coarse=coarse)
 
 
 def _corners(lo: np.ndarray, hi: np.ndarray, count: int) -> np.ndarray:
@@ -182,7 +182,7 @@ def _slopes(model: Any, box: list[Interval]) -> tuple[np.ndarray, np.ndarray] | 
     )  # type: ignore[return-value]
 
 
-def more_wells(problem: Problem, cover: Cover, grid: Grid | None, top: float) -> Problem:
+def more_wells(problem: LatticeProblem, cover: WellCover, grid: LatticeGrid | None, top: float) -> LatticeProblem:
     """Return the problem with further minima of V: those that descents reach from boxes which a grid does not see."""
     inverse = np.linalg.inv(problem.R)
     some = cover.where((cover.low < top) & _hidden(problem, grid, top, inverse @ cover.at, cover.low))
@@ -204,7 +204,7 @@ def more_wells(problem: Problem, cover: Cover, grid: Grid | None, top: float) ->
     return problem._replace(wells=wells[:, order], values=values[order])
 
 
-def lost(problem: Problem, cover: Cover, grid: Grid, top: float, E: np.ndarray) -> np.ndarray:
+def lost(problem: LatticeProblem, cover: WellCover, grid: LatticeGrid, top: float, E: np.ndarray) -> np.ndarray:
     """Return bounds of the errors of levels E by wells that neither intervals exclude nor the grid sees.
 
     The least of the distance to the floor and, to first order, of the possible fall of V times the largest density of
@@ -231,7 +231,7 @@ def lost(problem: Problem, cover: Cover, grid: Grid, top: float, E: np.ndarray) 
     return np.minimum(np.maximum(E - some.floor.min(), 0), first_order if small else np.inf)
 
 
-def _hidden(problem: Problem, grid: Grid | None, top: float, u: np.ndarray, V: np.ndarray) -> np.ndarray:
+def _hidden(problem: LatticeProblem, grid: LatticeGrid | None, top: float, u: np.ndarray, V: np.ndarray) -> np.ndarray:
     """Tell places u (d, places) where V is far below its values at the points of a grid around, or none is kept."""
     if grid is None:
         return np.ones(V.shape, bool)
@@ -239,7 +239,7 @@ def _hidden(problem: Problem, grid: Grid | None, top: float, u: np.ndarray, V: n
     return ~kept | (np.minimum(around, top) - SLACK * (top - problem.bottom) > V)
 
 
-def _beside(problem: Problem, grid: Grid, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _beside(problem: LatticeProblem, grid: LatticeGrid, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the least V (places,) at the points of a grid around places u (d, places), infinite beyond the grid, and
     whether one of these points is kept.
     """

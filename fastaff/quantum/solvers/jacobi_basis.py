@@ -16,7 +16,7 @@ from ...engine.packing import run_points
 from ..kernels.laguerre_jacobi import polynomial_values
 
 
-class Interval(NamedTuple):
+class ProblemEnds(NamedTuple):
     """Ends of problems with their exponents (problems,). wall: p is not 0 there; else p = 1 - x^2 vanishes there (x =
     -1 or 1).
     """
@@ -36,7 +36,7 @@ class Basis(NamedTuple):
     x, below = x - lo, above = hi - x, weight: (problems, nodes).
     """
 
-    interval: Interval
+    interval: ProblemEnds
     x: np.ndarray
     below: np.ndarray
     above: np.ndarray
@@ -186,7 +186,7 @@ def gauss_jacobi(n: int, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarra
     return t, w / w.sum(axis=1, keepdims=True)
 
 
-def basis(interval: Interval, n: int, extra: int) -> Basis:
+def basis(interval: ProblemEnds, n: int, extra: int) -> Basis:
     """Return the first n functions of problems on an interval at n + extra nodes.
 
     The nodes are those of a weight that is one power less at walls: simple poles there, from p f'^2 or of potentials,

@@ -24,7 +24,7 @@ EVENLY = (1.6180339887498949, 1.3247179572447460, 1.2207440846057596)
 """x with x^(d + 1) = x + 1 by coordinates d: multiples of 1/x, 1/x^2, ... modulo 1 fill a cell evenly."""
 
 
-class Problem(NamedTuple):
+class LatticeProblem(NamedTuple):
     """H = -(1/2) d^2/du^2 + V, u = R^-1 q: V of points u (d, ...), infinite where there is none; the minima (d,
     wells) with their values, the lowest first; periods of coordinates that are angles, 0 of others; R (d, d).
     """
@@ -41,7 +41,7 @@ class Problem(NamedTuple):
         return float(self.values[0])
 
 
-class Grid(NamedTuple):
+class LatticeGrid(NamedTuple):
     """Points of a lattice from `low` to `high` (d,) steps off the lowest well; around: mask of periodic axes; V and
     kept, a mask of points, (n1, ...); the wells in steps (d, wells); the wall; points from which V falls out of them.
     """
@@ -71,11 +71,11 @@ class Grid(NamedTuple):
         return float(ball * room.sum() * np.prod(self.step) / (2 * math.pi) ** d)
 
 
-class TooLarge(Exception):
+class BasisTooLarge(Exception):
     """A basis would be larger than it may be."""
 
 
-class Found(NamedTuple):
+class LatticeLevels(NamedTuple):
     """Levels E (levels,), the part of their errors that the grid's points make, the size of the basis, and the states
     (levels, points kept) with these points' flat indices.
     """
@@ -87,18 +87,18 @@ class Found(NamedTuple):
     kept: np.ndarray
 
 
-def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
+def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -> LatticeLevels:
     """Return the lowest levels of a grid.
 
     If the points resolve V and a state, the mean of V over the state is the same for points between them; if V is
     narrower than the step, or singular, it is not.
     """
     if (points := max(grid.V.shape)) > LINE:
-        raise TooLarge(f"{points} points of one coordinate, more than {LINE}; take a larger hbar, or fewer levels")
+        raise BasisTooLarge(f"{points} points of one coordinate, more than {LINE}; take a larger hbar, or fewer levels")
     T = [kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
     H, basis = _hamiltonian(T, grid, cut)
     if len(H) < count:
-        raise TooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
+        raise BasisTooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
     E, C = lowest_states(H, count)
     states = (basis @ C).T.reshape(count, *grid.V.shape)
     d = grid.step.size
@@ -113,10 +113,10 @@ def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
     flat = states.reshape(count, -1)
     kept = np.flatnonzero(grid.kept)
     signs = np.sign(flat[np.arange(count), np.abs(flat).argmax(axis=1)])
-    return Found(E, np.ptp(means, axis=0), len(H), signs[:, None] * flat[:, kept], kept)
+    return LatticeLevels(E, np.ptp(means, axis=0), len(H), signs[:, None] * flat[:, kept], kept)
 
 
-def _hamiltonian(T: list[np.ndarray], grid: Grid, cut: float) -> tuple[np.ndarray, np.ndarray]:
+def _hamiltonian(T: list[np.ndarray], grid: LatticeGrid, cut: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the Hamiltonian and its basis, of `matrix`, with the longest coordinates as the outer ones.
 
     Across a narrow valley there are few states for each point along it, but many along it for each point across.
@@ -165,7 +165,9 @@ def matrix(T: list[np.ndarray], V: np.ndarray, kept: np.ndarray, cut: float) -> 
         states.append(basis @ C[:, below])
         nodes.append(np.full(int(below.sum()), i))
         if (size := sum(map(len, energies))) > LARGEST:
-            raise TooLarge(f"more than {size} functions of {V.ndim} coordinates; take a larger hbar, or fewer levels")
+            raise BasisTooLarge(
+                f"more than {size} functions of {V.ndim} coordinates; take a larger hbar, or fewer levels"
+            )
     G = np.concatenate(states, axis=1)
     node = np.concatenate(nodes)
     H = G.T @ G

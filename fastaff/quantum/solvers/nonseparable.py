@@ -13,13 +13,13 @@ import numpy as np
 from ...runs.interruptible import interruptible
 from ..states.level_table import LevelTable, Waves, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
-from .channels import STEEP, TooLarge, beyond, by_channels, cut_off, inner_exponent, sizes, too_large
+from .channels import STEEP, MatrixTooLarge, beyond, by_channels, cut_off, inner_exponent, sizes, too_large
 from .convergence import by_chance
 from .cover import Cover, plane_cover
 from .elements import elements, left_over, lowest, quadratic
 from .factor_tables import angle_of
 from .panels import DENSE, Panels, between, merged, panels
-from .plane_problem import Problem, plane_problem
+from .plane_problem import PlaneProblem, plane_problem
 from .plane_shape import ElementWaves
 from .separable import angular_interval, angular_potential
 from .singular_ends import NoGroundState, count_top, decayed, sampled
@@ -114,7 +114,7 @@ def plane_levels(
     )
 
     known = [] if known is None else known
-    bases = _Bases(problem, parts, count, bottom, top, smooth)
+    bases = _GrowingBases(problem, parts, count, bottom, top, smooth)
 
     def keep() -> np.ndarray:
         """Add the table of the largest basis so far to those known; return its errors."""
@@ -156,19 +156,19 @@ def _unlike(chosen: SymmetryClass) -> str:
 
 
 @dataclass
-class _Bases:
+class _GrowingBases:
     """Bases of a problem from small to large: levels, waves, size and remaining errors of those that were solved
     (`done`), and the reason why one was refused.
     """
 
-    problem: Problem
+    problem: PlaneProblem
     parts: tuple[Panels, Panels]
     count: int
     bottom: float
     top: float
     smooth: bool
     done: list[tuple] = field(default_factory=list)
-    refused: TooLarge | None = None
+    refused: MatrixTooLarge | None = None
 
     @property
     def sizes(self) -> tuple:
@@ -201,7 +201,7 @@ class _Bases:
         how = self.problem, self.parts, self.count, self.bottom, self.top, *self.sizes[number]
         try:
             found = interruptible(solver, *how)
-        except TooLarge as reason:
+        except MatrixTooLarge as reason:
             self.refused = reason
             return None
         return found if found[2] >= self.count else None
@@ -220,7 +220,7 @@ class _Bases:
         return factor * gap + left + rounding
 
 
-def _range(problem: Problem, count: int, unit: float) -> tuple[float, float]:
+def _range(problem: PlaneProblem, count: int, unit: float) -> tuple[float, float]:
     """Return the bottom of V, and an energy with `count` levels and some spare ones below it, fewer spare ones if they
     reach far, as next to a limit of V.
     """
@@ -240,14 +240,14 @@ def _range(problem: Problem, count: int, unit: float) -> tuple[float, float]:
     return bottom, top
 
 
-def _seen(problem: Problem, body: Any, unit: float, bottom: float, top: float) -> Cover:
+def _seen(problem: PlaneProblem, body: Any, unit: float, bottom: float, top: float) -> Cover:
     """Return the cover of the places where V may be below the top energy."""
     quanta = float(problem.a[0]), float(problem.b[0])
     ends = float(problem.rho[0]), float(problem.rho[-1])
     return plane_cover(body, quanta, ends, problem.well.hi < 3, top, top - bottom, unit)
 
 
-def _wanted(problem: Problem, count: int, unit: float, spare: int) -> float:
+def _wanted(problem: PlaneProblem, count: int, unit: float, spare: int) -> float:
     """Return the number of states that should lie below the top energy; raises if V does not bind the levels."""
     wanted = 1.1 * count + spare
     if np.isinf(problem.threshold):
@@ -263,7 +263,7 @@ def _wanted(problem: Problem, count: int, unit: float, spare: int) -> float:
 
 
 def _partition(
-    problem: Problem, ends: tuple[float, float], bottom: float, top: float, hidden: Cover
+    problem: PlaneProblem, ends: tuple[float, float], bottom: float, top: float, hidden: Cover
 ) -> tuple[Panels, Panels]:
     """Return partitions of rho and of x that resolve V on LINES of the other coordinate, on a few of them densely,
     between the lines, and at hidden wells.
@@ -314,13 +314,13 @@ def _partition(
     return found[0].missing(at[0], miss), found[1].missing(at[1], miss * share(at[0]))
 
 
-def _line_x(problem: Problem) -> tuple[float, float]:
+def _line_x(problem: PlaneProblem) -> tuple[float, float]:
     ends = angular_interval("V", problem.well, problem.a, problem.b)
     return ends.lo, ends.hi
 
 
 def _global(
-    problem: Problem, parts: tuple[Panels, Panels], ends: tuple[float, float], bottom: float, top: float
+    problem: PlaneProblem, parts: tuple[Panels, Panels], ends: tuple[float, float], bottom: float, top: float
 ) -> bool:
     """Return whether global bases of the usual size resolve V, or nearly."""
     n_rho, n_x = sizes(problem, *ends, bottom, top, STEPS[0][1])
@@ -328,7 +328,7 @@ def _global(
 
 
 def _solve_elements(
-    problem: Problem, parts: tuple[Panels, Panels], count: int, bottom: float, top: float, n: int
+    problem: PlaneProblem, parts: tuple[Panels, Panels], count: int, bottom: float, top: float, n: int
 ) -> tuple[np.ndarray, Waves, int, np.ndarray]:
     """Return as `by_channels`, in products of functions of elements of n nodes: V is diagonal, the matrix sparse."""
     from scipy.sparse import diags, identity, kron
@@ -373,7 +373,7 @@ def _solve_elements(
     return E[order], ElementWaves(radii, angles, tables[order]), U.size, left[order]
 
 
-def _phases(problem: Problem, parts: tuple[Panels, Panels], top: float) -> tuple[np.ndarray, np.ndarray]:
+def _phases(problem: PlaneProblem, parts: tuple[Panels, Panels], top: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the phases of the shortest waves over the panels of rho and of x."""
     rho, x = parts
     lowest = np.interp(np.hstack([rho.points, rho.edges[1:, None]]), problem.rho, problem.lowest).min(axis=1)

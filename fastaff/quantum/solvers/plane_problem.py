@@ -12,7 +12,7 @@ from .cover import Cover
 from .singular_ends import REACH, NoGroundState, Well, check_bottom, check_poles, decayed, potential, well
 
 
-class Problem(NamedTuple):
+class PlaneProblem(NamedTuple):
     """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with
     centrifugal terms.
 
@@ -42,7 +42,9 @@ class Problem(NamedTuple):
         return np.exp(-np.interp(rho, self.rho, np.abs(action - action[allowed[0]])))
 
 
-def plane_problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, hidden: Cover | None = None) -> Problem:
+def plane_problem(
+    body: Any, chosen: SymmetryClass, unit: float, limit: float, hidden: Cover | None = None
+) -> PlaneProblem:
     """Return the problem of a class; hidden: where there are wells that the samples do not see."""
     a = np.array([chosen.a])
     b = np.array([chosen.b])
@@ -93,7 +95,7 @@ def plane_problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, h
     level_out = np.isinf(far) and last - before < 0.01 * (last - lowest[place])
     smooth = uniform and _even(U, rho[place], ends)
     top = last if level_out else np.inf
-    return Problem(U, a, b, ends, rho, v, lowest, top, smooth=smooth, states=states, channels=channels, far=far)
+    return PlaneProblem(U, a, b, ends, rho, v, lowest, top, smooth=smooth, states=states, channels=channels, far=far)
 
 
 def _ends(U: Callable, rho: np.ndarray, place: int) -> tuple[Well, bool]:

@@ -11,7 +11,7 @@ import numpy as np
 from ...systems.charts import R_VARTHETA, Chart
 from .elements import Elements
 from .factor_tables import angle_of
-from .jacobi_basis import Interval, interval_rule, interval_weight, jacobi_table
+from .jacobi_basis import ProblemEnds, interval_rule, interval_weight, jacobi_table
 
 POINTS = 4096
 """Points whose polynomials are tabulated at once."""
@@ -20,7 +20,7 @@ POINTS = 4096
 class Polynomials(NamedTuple):
     """The first `size` orthonormal polynomials of an interval times its weights."""
 
-    interval: Interval
+    interval: ProblemEnds
     size: int
 
     @property
@@ -121,8 +121,8 @@ class ChannelWaves:
     node: np.ndarray
     G: np.ndarray
     coefficients: np.ndarray
-    rho: Interval
-    x: Interval
+    rho: ProblemEnds
+    x: ProblemEnds
 
     def __repr__(self) -> str:
         return f"{self.node.size} channels in rho and vartheta"

@@ -24,7 +24,7 @@ from .factor_tables import (
     RadialTable,
     angle_of,
 )
-from .jacobi_basis import Basis, Interval, basis
+from .jacobi_basis import Basis, ProblemEnds, basis
 from .panels import DENSE, Panels, panels
 from .singular_ends import NoGroundState, Reach, Well, decayed, exponent, radii, reach, sampled, well
 
@@ -162,7 +162,7 @@ class _Equations(NamedTuple):
         """Return the polynomials of n nodes up to hi, with the lowest values and their vectors."""
         e_lo = self.e_lo[:, None]
         e_far = self.e_far
-        b = basis(Interval(self.near, hi, self.e_lo.copy(), np.full(self.e_lo.shape, e_far), True, True), n, 16)
+        b = basis(ProblemEnds(self.near, hi, self.e_lo.copy(), np.full(self.e_lo.shape, e_far), True, True), n, 16)
         kept = self.strength[:, None] / b.x**2 if not self.regular else (-self.c_lo / b.x**2)
         singular = 2 * e_lo * e_far / (b.below * b.above)
         if not self.regular:
@@ -311,7 +311,7 @@ def _barriers(name: str, V: Barriers, a: np.ndarray, b: np.ndarray, count: int, 
     return Factors(values, np.zeros_like(values), BarrierTable(s_alpha, s_beta), count)
 
 
-def angular_interval(name: str, found: Well, a: np.ndarray, b: np.ndarray) -> Interval:
+def angular_interval(name: str, found: Well, a: np.ndarray, b: np.ndarray) -> ProblemEnds:
     """Return the interval in x = cos(vartheta) of a well in vartheta, with exponents of the classes."""
 
     def end(natural, c, angular_momentum, place):
@@ -323,7 +323,7 @@ def angular_interval(name: str, found: Well, a: np.ndarray, b: np.ndarray) -> In
     e_lo = end(found.natural_hi, found.c_hi, a, "at vartheta = pi" if found.natural_hi else "at its wall")
     lo = -1.0 if found.natural_hi else _cosine(found.hi)
     hi = 1.0 if found.natural_lo else _cosine(found.lo)
-    return Interval(lo, hi, e_lo, e_hi, not found.natural_hi, not found.natural_lo)
+    return ProblemEnds(lo, hi, e_lo, e_hi, not found.natural_hi, not found.natural_lo)
 
 
 def _cosine(vartheta: float) -> float:

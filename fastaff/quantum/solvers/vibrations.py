@@ -15,11 +15,11 @@ from ...sections.accessible_box import SEED, minima, potential_of, walled
 from ...systems.models.mechanics import System
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
-from ..states.vibration_state import Lattice, LatticeWaves
+from ..states.vibration_state import LatticeWaves, PointLattice
 from .convergence import by_chance
 from .cover import ONLY_SAMPLES
-from .hidden_wells import Cover, lost, more_wells, vibration_cover
-from .lattice import Grid, Problem, TooLarge, lowest
+from .hidden_wells import WellCover, lost, more_wells, vibration_cover
+from .lattice import BasisTooLarge, LatticeGrid, LatticeProblem, lowest
 from .singular_ends import NoGroundState
 
 COORDINATES = 3
@@ -116,7 +116,7 @@ def vibration_levels(
     grid); Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation).
     """
     system = current_system(model)
-    again: tuple[Problem, float, float, float] | None = (_problem(system, hbar), SPARE, -math.inf, math.inf)
+    again: tuple[LatticeProblem, float, float, float] | None = (_problem(system, hbar), SPARE, -math.inf, math.inf)
     while again is not None:
         again = _bases(system, *again, count, hbar, tolerance, known, report)
     _check_held(known[-1])
@@ -124,7 +124,7 @@ def vibration_levels(
 
 def _bases(
     system: System,
-    problem: Problem,
+    problem: LatticeProblem,
     spare: float,
     least: float,
     cap: float,
@@ -133,7 +133,7 @@ def _bases(
     tolerance: float,
     known: list[LevelTable],
     report: Callable[[float], None] | None,
-) -> tuple[Problem, float, float, float] | None:
+) -> tuple[LatticeProblem, float, float, float] | None:
     """Compute levels in ever larger bases. Return None, or the problem, spare states, a least top energy and a limit of
     walls with which to begin again.
     """
@@ -141,14 +141,14 @@ def _bases(
     try:
         problem, top, limit, cover = interruptible(_searched, system.model, problem, count, spare, least)
         limit = min(limit, cap)
-    except TooLarge as reason:
+    except BasisTooLarge as reason:
         raise ValueError(f"count = {count} needs {reason}") from None
     for k, cut in enumerate(CUTS):
         shortest = problem.bottom + cut * (top - problem.bottom)
         try:
             grid, limit = interruptible(_basis, problem, shortest, top, limit, k)
             found, missed, size, *states = interruptible(lowest, grid, problem, shortest, count)
-        except TooLarge as reason:
+        except BasisTooLarge as reason:
             if limit == math.inf and (joint := interruptible(_joint, problem, top, shortest)) < math.inf:
                 return problem, spare, least, joint
             if len(E) > 1:
@@ -187,8 +187,8 @@ def _check_held(levels: LevelTable) -> None:
 
 
 def _searched(
-    model: Any, problem: Problem, count: int, spare: float, least: float
-) -> tuple[Problem, float, float, Cover]:
+    model: Any, problem: LatticeProblem, count: int, spare: float, least: float
+) -> tuple[LatticeProblem, float, float, WellCover]:
     """Return the problem with all wells, the energies of `_range`, the first of at least `least`, and the cover below
     it.
     """
@@ -199,7 +199,7 @@ def _searched(
         try:
             grid = _grid(problem, top, 4 * (top - problem.bottom))
         except Open:
-            raise TooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
+            raise BasisTooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
         cover = vibration_cover(model, problem, top, grid.step)
         more = more_wells(problem, cover, grid, top)
         if more.values.size == problem.values.size:
@@ -208,7 +208,7 @@ def _searched(
     return problem, top, limit, cover
 
 
-def _problem(system: System, hbar: float) -> Problem:
+def _problem(system: System, hbar: float) -> LatticeProblem:
     n = system.n
     W = system.inverse_masses(np.ones((2 * n, 1)))[..., 0]
     periods = np.array(system.periods)
@@ -225,7 +225,7 @@ def _problem(system: System, hbar: float) -> Problem:
 
     periods = periods / np.diagonal(R)
     wells, values = minima(walled(V, periods.tolist()), n)
-    problem = Problem(V, wells, values, periods, R)
+    problem = LatticeProblem(V, wells, values, periods, R)
     names = system.names
     if _falls(names, potential, problem):  # a narrow well on a plain is met by no descent
         problem = _below(system.model, problem, float(potential(_far(np.zeros(n))).min()))
@@ -236,7 +236,7 @@ def _problem(system: System, hbar: float) -> Problem:
     return problem
 
 
-def _below(model: Any, problem: Problem, least: float) -> Problem:
+def _below(model: Any, problem: LatticeProblem, least: float) -> LatticeProblem:
     """Return the problem with the minima below an energy, which V has at some point."""
     start = problem._replace(wells=np.zeros((len(problem.R), 1)), values=np.array([least]))
     step = np.full(len(problem.R), np.inf)
@@ -259,7 +259,7 @@ def _place(names: tuple[str, ...], q: np.ndarray) -> str:
     return ", ".join(f"{name} = {x:.3g}" for name, x in zip(names, q, strict=True))
 
 
-def _falls(names: tuple[str, ...], potential: Callable, problem: Problem) -> str:
+def _falls(names: tuple[str, ...], potential: Callable, problem: LatticeProblem) -> str:
     """Return the reason if no minimum was found, or V only falls from the lowest one."""
     known = problem.values.size > 0
     at = problem.R @ problem.wells[:, 0] if known else np.zeros(len(problem.R))
@@ -275,7 +275,7 @@ def _falls(names: tuple[str, ...], potential: Callable, problem: Problem) -> str
     )
 
 
-def _pole(names: tuple[str, ...], problem: Problem) -> str:
+def _pole(names: tuple[str, ...], problem: LatticeProblem) -> str:
     """Return the reason if V falls without end to its lowest place: by more on each nearer stretch."""
     d = len(problem.wells)
     at = problem.wells[:, :1]
@@ -291,14 +291,14 @@ def _pole(names: tuple[str, ...], problem: Problem) -> str:
     return f"V has a pole at {_place(names, problem.R @ at[:, 0])}, which no uniform grid holds: {what}."
 
 
-def _lattice(system: System, problem: Problem, grid: Grid) -> Lattice:
+def _lattice(system: System, problem: LatticeProblem, grid: LatticeGrid) -> PointLattice:
     """Return the points of a grid in the coordinates of the model."""
     names = system.row_names[: len(problem.R)]
     origin = problem.wells[:, 0]
-    return Lattice(names, grid.V.shape, grid.low, grid.step, origin, grid.around, problem.R)
+    return PointLattice(names, grid.V.shape, grid.low, grid.step, origin, grid.around, problem.R)
 
 
-def _grid(problem: Problem, wall: float, shortest: float, top: float = math.inf) -> Grid:
+def _grid(problem: LatticeProblem, wall: float, shortest: float, top: float = math.inf) -> LatticeGrid:
     """Return the grid of the wells below a wall, for waves up to the kinetic energy `shortest`; of one coordinate as
     far as waves of the energy `top` come. Raises Open where these have no end, or more points than may be.
     """
@@ -314,7 +314,7 @@ def _grid(problem: Problem, wall: float, shortest: float, top: float = math.inf)
     low = np.where(around, 0, at.min(axis=1) - FIRST)
     high = np.where(around, turn - 1, at.max(axis=1) + FIRST)
     while np.prod((high - low + 1).astype(float)) <= POINTS[d - 1]:
-        grid = _kept(problem, Grid(low, high, step, around), at, wall)
+        grid = _kept(problem, LatticeGrid(low, high, step, around), at, wall)
         if d == 1 and top < math.inf and not around[0]:
             grid = grid._replace(kept=grid.kept & _reached(grid.V, step[0], top))
         faces = [[grid.kept.take(end, axis=k).any() and not around[k] for k in range(d)] for end in (0, -1)]
@@ -339,7 +339,7 @@ def _reached(V: np.ndarray, step: float, energy: float) -> np.ndarray:
     return np.minimum(since(V), since(V[::-1])[::-1]) < DECAY
 
 
-def _kept(problem: Problem, grid: Grid, at: np.ndarray, wall: float) -> Grid:
+def _kept(problem: LatticeProblem, grid: LatticeGrid, at: np.ndarray, wall: float) -> LatticeGrid:
     """Return the grid with V, and keep the points below a wall that are connected to wells at lattice points `at`."""
     from scipy.ndimage import label
 
@@ -351,7 +351,7 @@ def _kept(problem: Problem, grid: Grid, at: np.ndarray, wall: float) -> Grid:
     return grid._replace(V=V, kept=np.isin(parts, np.setdiff1d(parts[tuple(place[:, inside])], 0)), at=at, wall=wall)
 
 
-def _widened(problem: Problem, grid: Grid, shortest: float) -> Grid:
+def _widened(problem: LatticeProblem, grid: LatticeGrid, shortest: float) -> LatticeGrid:
     """Return a wider grid. It keeps all points below `shortest` from which V falls into the wells of a grid; points
     from which V falls elsewhere are its `leak`.
 
@@ -364,7 +364,7 @@ def _widened(problem: Problem, grid: Grid, shortest: float) -> Grid:
     high = np.where(grid.around, grid.high, high + wide)
     most = POINTS[grid.kept.ndim - 1]
     if np.prod((high - low + 1).astype(float)) > most:
-        raise TooLarge(f"a grid of more than {most} points")
+        raise BasisTooLarge(f"a grid of more than {most} points")
     wider = _kept(problem, grid._replace(low=low, high=high), grid.at, grid.wall)
     falls = wider.kept.ravel()[_fallen(wider.V, grid.around)].reshape(wider.V.shape)
     below = shortest > wider.V
@@ -399,7 +399,7 @@ def _joined(parts: np.ndarray, around: np.ndarray) -> np.ndarray:
     return parts
 
 
-def _range(problem: Problem, count: int, spare: float) -> tuple[float, float]:
+def _range(problem: LatticeProblem, count: int, spare: float) -> tuple[float, float]:
     """Return an energy with `spare` more states below it than are asked for, and the energy from which wells have no
     end, infinite if none was met.
     """
@@ -438,18 +438,18 @@ def _range(problem: Problem, count: int, spare: float) -> tuple[float, float]:
             states(raised)
         except Open:
             if limit == math.inf and not _endless(problem, bottom + raised):
-                raise TooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
+                raise BasisTooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
             limit = min(limit, _limit(problem, bottom + high, bottom + raised))
         high = min(raised, (high + limit - bottom) / 2)
     return bottom + high, limit
 
 
-def _endless(problem: Problem, energy: float) -> bool:
+def _endless(problem: LatticeProblem, energy: float) -> bool:
     """Whether V is below an energy at the largest distances from the origin, along axes and diagonals."""
     return bool((problem.V(_far(np.zeros(len(problem.wells)))[..., -1]) < energy).any())
 
 
-def _zero_points(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+def _zero_points(problem: LatticeProblem) -> tuple[np.ndarray, np.ndarray]:
     """Return zero-point energies (d,) of the lowest well in the directions of its axes (d, d), columns. The curvature
     is that of V over the width of the well in its stiffest direction.
     """
@@ -482,7 +482,7 @@ def _zero_points(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 / np.maximum(both.prod(axis=0), 1e-200), axes
 
 
-def _turned(problem: Problem) -> Problem:
+def _turned(problem: LatticeProblem) -> LatticeProblem:
     """Return a problem whose coordinates u are along the axes of the lowest well, if these are much unlike: the grid of
     a narrow valley aslant would be as wide as it is long.
     """
@@ -497,7 +497,7 @@ def _turned(problem: Problem) -> Problem:
     return problem._replace(V=V, wells=axes.T @ problem.wells, R=problem.R @ axes)
 
 
-def _ground(problem: Problem) -> float:
+def _ground(problem: LatticeProblem) -> float:
     """Return the energy above the bottom of waves as short as V is narrow."""
     sizes = np.geomspace(1e-8, 1e8, 321) * max(1.0, float(np.abs(problem.wells[:, 0]).max()))
     axes = np.concatenate([np.eye(len(problem.wells)), -np.eye(len(problem.wells))])
@@ -507,7 +507,7 @@ def _ground(problem: Problem) -> float:
     return float(0.5 / max(float(first.max()), 1e-100) ** 2)
 
 
-def _limit(problem: Problem, low: float, high: float) -> float:
+def _limit(problem: LatticeProblem, low: float, high: float) -> float:
     """Return the energy, above `low` and below `high`, from which the allowed region has no end."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -519,7 +519,7 @@ def _limit(problem: Problem, low: float, high: float) -> float:
     return low
 
 
-def _joint(problem: Problem, low: float, high: float) -> float:
+def _joint(problem: LatticeProblem, low: float, high: float) -> float:
     """Return the energy between two from which on the wells that are below the first join others, infinite if none."""
     others = problem.wells[:, (problem.values >= low) & (problem.values < high)]
     if not others.size:
@@ -543,7 +543,7 @@ def _joint(problem: Problem, low: float, high: float) -> float:
     return low
 
 
-def _basis(problem: Problem, shortest: float, top: float, limit: float, k: int) -> tuple[Grid, float]:
+def _basis(problem: LatticeProblem, shortest: float, top: float, limit: float, k: int) -> tuple[LatticeGrid, float]:
     """Return the grid of basis k, and the energy from which wells have no end."""
     if limit == math.inf:
         try:
@@ -553,11 +553,11 @@ def _basis(problem: Problem, shortest: float, top: float, limit: float, k: int) 
     try:
         grid = _grid(problem, limit - (limit - top) * NEARER ** (k + 1), shortest - problem.bottom, top)
     except Open:
-        raise TooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
+        raise BasisTooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
     return _widened(problem, grid, shortest), limit
 
 
-def _shrunk(grid: Grid) -> Grid:
+def _shrunk(grid: LatticeGrid) -> LatticeGrid:
     """Return a grid without the points next to its leak."""
     from scipy.ndimage import binary_dilation
 
@@ -574,7 +574,7 @@ def _errors(E: list[np.ndarray], height: float) -> np.ndarray:
     return np.where((gap > SLOW * before) & (gap > floor), ALGEBRAIC, USUAL) * gap + CHANCE * before + floor
 
 
-def _unbound(problem: Problem, count: int, bound: float, limit: float) -> str:
+def _unbound(problem: LatticeProblem, count: int, bound: float, limit: float) -> str:
     """Return the reason why fewer levels than `count` are computed: their number below the limit is `bound`."""
     why = "have no end, behind a saddle, where V ends or along its bottom"
     if not _endless(problem, limit + VALLEY * (limit - problem.bottom)):

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from ...core.interruption import keeping
+from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import fits, flag, real, reporter, whole
-from ...results.calls import recorded
+from ...results.calls import records_call
 from ...systems.charts import Chart
 from ...systems.models import Body
 from ..states.level_table import LevelTable, level_list
@@ -30,7 +30,7 @@ FIRST = 16
 """Levels of the lowest class to begin with where only an energy is given."""
 
 
-@recorded
+@records_call
 def all_levels(
     body: Body,
     *,
@@ -76,7 +76,9 @@ def all_levels(
     todo = {(0, 0): FIRST if wanted is None else wanted + 1}
     top = limit
     share = 0.0
-    with keeping("all_levels", lambda: _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None):
+    with partial_result_on_interrupt(
+        "all_levels", lambda: _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None
+    ):
         while todo:
             solved |= _solved(body, todo, solved, limit, options)
             top = limit if wanted is None else _end(solved, wanted)

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.interruption import keeping
+from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import an_array, function, numbers, reporter, text, whole
-from ...results.calls import recorded
+from ...results.calls import records_call
 from ...results.display import screen
 from ...results.result import Drawable
 from ...systems.charts import Chart
@@ -78,7 +78,7 @@ class LevelDiagram(Drawable):
         return found
 
 
-@recorded
+@records_call
 def level_diagram(
     make: Callable[[float], Any],
     values: ArrayLike,
@@ -121,7 +121,7 @@ def level_diagram(
     chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     rows: list[list[LevelTable]] = []
-    with keeping("level_diagram", lambda: diagram_of(name, points, rows) if rows else None):
+    with partial_result_on_interrupt("level_diagram", lambda: diagram_of(name, points, rows) if rows else None):
         for number, value in enumerate(points):
             rows.append(_row_at(number, float(value), make, chosen, count, options))
             if report is not None:
@@ -129,7 +129,7 @@ def level_diagram(
     return diagram_of(name, points, rows)
 
 
-@recorded
+@records_call
 def class_diagram(
     body: Body,
     *,

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple, ParamSpec, cast
 
 import numpy as np
 
-from ...core.interruption import keeping
+from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import an_array, fits, positive, reporter, whole
-from ...results.calls import recorded
+from ...results.calls import records_call
 from ...runs.interruptible import interruptible
 from ...runs.requirements import checked_system
 from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
@@ -66,7 +66,7 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
 
 
 @_of_bodies
-@recorded
+@records_call
 def spectrum(
     body: Dynamics,
     *,
@@ -144,7 +144,7 @@ def spectrum(
     report = reporter(report)
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
     known: list[LevelTable] = []
-    with keeping("spectrum", lambda: known[-1] if known else None):
+    with partial_result_on_interrupt("spectrum", lambda: known[-1] if known else None):
         if chart is None and not solved_families(body):
             plane_levels(body, chosen, count, hbar, tolerance, known, report)
         else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...core.interruption import keeping
+from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import fits, positive, whole
 from ..exact.mode_tori import bodies_alone, is_vibration
 from ..solvers.vibrations import COORDINATES, vibration_levels
@@ -24,7 +24,7 @@ def vibration(
     bodies_alone(body, {"m": (m, None), "l": (l, None), "single_valued": (single_valued, True), "chart": (chart, None)})
     fits("count", count := whole("count", count, 1), 16)
     known: list[LevelTable] = []
-    with keeping("spectrum", lambda: known[-1] if known else None):
+    with partial_result_on_interrupt("spectrum", lambda: known[-1] if known else None):
         vibration_levels(body, count, action_quantum(hbar), positive("tolerance", tolerance), known, report)
         if report is not None:
             report(1.0)

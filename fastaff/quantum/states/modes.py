@@ -13,7 +13,7 @@ WAYS = ("normal", "local")
 """Kinds of modes for the quantum numbers."""
 
 
-class Modes(NamedTuple):
+class NormalModes(NamedTuple):
     """The equilibrium (2n,), and motions Re a v e^(i omega t) about it: v (2n, modes), with the action |a|^2/2; omega.
 
     Their amplitudes a are v^+ i S (z - equilibrium), S the symplectic matrix.
@@ -51,7 +51,7 @@ def swapped(rows: np.ndarray) -> np.ndarray:
     return np.concatenate([p, -q])
 
 
-def modes_of(model: Any, way: str) -> Modes:
+def modes_of(model: Any, way: str) -> NormalModes:
     """Return the normal modes of a model about its lowest minimum, slow ones last, or those of each coordinate."""
     system = current_system(model)
     n = system.n
@@ -73,4 +73,4 @@ def modes_of(model: Any, way: str) -> Modes:
     u *= np.where(u[np.abs(u).argmax(axis=0), np.arange(n)] < 0, -1.0, 1.0)
     v = np.concatenate([root @ u / np.sqrt(omega), 1j * np.linalg.solve(root.T, u) * np.sqrt(omega)])
     order = np.abs(u).argmax(axis=0).argsort() if local else np.arange(n)[::-1]
-    return Modes(np.concatenate([wells[:, 0], np.zeros(n)]), v[:, order], omega[order])
+    return NormalModes(np.concatenate([wells[:, 0], np.zeros(n)]), v[:, order], omega[order])

@@ -26,7 +26,7 @@ GROWTH = 1.4
 """Factor by which the number of nodes grows until norms are exact."""
 
 
-class Grid(NamedTuple):
+class NodeGrid(NamedTuple):
     """Nodes x (X,), y (Y,) of two invariants of `chart`; weights (X, Y): sum of weights*amplitude^2 is the norm
     squared.
     """
@@ -42,7 +42,7 @@ class Grid(NamedTuple):
         return INVARIANTS[self.chart.name].to_radii(*np.meshgrid(self.x, self.y, indexing="ij"))
 
 
-class Tables(NamedTuple):
+class AmplitudeTables(NamedTuple):
     """Amplitudes of states at the nodes of a grid, flattened: the products of first (states, A) and second (states,
     B).
     """
@@ -57,7 +57,7 @@ class Tables(NamedTuple):
 
     def norms(self, weights: np.ndarray) -> np.ndarray:
         """Return the sums (states,) of weights (X, Y) times amplitude^2."""
-        return Tables(self.first**2, self.second**2).integrals(weights)
+        return AmplitudeTables(self.first**2, self.second**2).integrals(weights)
 
     def blocks(self, size: int) -> Iterator[tuple[slice, np.ndarray]]:
         """Yield slices of the flattened nodes, of some `size`, with the amplitudes (states, nodes) there."""
@@ -68,13 +68,13 @@ class Tables(NamedTuple):
             yield slice(start * B, start * B + some[0].size), some.reshape(len(some), -1)
 
 
-class Box(NamedTuple):
+class StateExtent(NamedTuple):
     """The extent of states in two lengths, or length and angle: ends, ascending, of one or more panels of each."""
 
     chart: Chart
     ends: tuple[list[float], list[float]]
 
-    def grid(self, orders: tuple[int, int]) -> Grid:
+    def grid(self, orders: tuple[int, int]) -> NodeGrid:
         """Return the grid with so many nodes in each panel of both directions."""
         from scipy.special import roots_legendre
 
@@ -89,13 +89,13 @@ class Box(NamedTuple):
         planes = self.chart.name == ALPHA_BETA.name
         # 4 pi^2 alpha beta dalpha dbeta, or pi^2 rho^3 sin(vartheta) drho dvartheta
         measure = np.outer(u, v) if planes else np.outer(u**3, np.sin(v) / 4)
-        return Grid(self.chart, u if planes else u * u, v, np.outer(*weights) * measure)
+        return NodeGrid(self.chart, u if planes else u * u, v, np.outer(*weights) * measure)
 
-    def whole(self) -> Box:
+    def whole(self) -> StateExtent:
         """Return all of the quadrant as far as twice the reach of the states, in panels with their ends between."""
         first, second = self.ends
         last = 2 * second[-1] if self.chart.name == ALPHA_BETA.name else math.pi
-        return Box(self.chart, (sorted({0.0, *first, 2 * first[-1]}), sorted({0.0, *second, last})))
+        return StateExtent(self.chart, (sorted({0.0, *first, 2 * first[-1]}), sorted({0.0, *second, last})))
 
 
 def factors(states: Sequence[State], chart: Chart) -> list[tuple[Factor, Factor]] | None:
@@ -105,7 +105,7 @@ def factors(states: Sequence[State], chart: Chart) -> list[tuple[Factor, Factor]
     return pairs if len(pairs) == len(states) else None
 
 
-def converged_box(states: Sequence[State]) -> tuple[Box, tuple[int, int]]:
+def converged_box(states: Sequence[State]) -> tuple[StateExtent, tuple[int, int]]:
     """Return the extent of states of one body, and orders of Gauss-Legendre rules that integrate their squares to
     1e-11.
     """
@@ -122,10 +122,10 @@ def converged_box(states: Sequence[State]) -> tuple[Box, tuple[int, int]]:
         lo, hi = _ends(profile, measure, samples)
         ends.append([0.0 if lo == samples[0] else lo, hi])
         orders.append(_order(profile, measure, *ends[i]))
-    return Box(chart, (ends[0], ends[1])), (orders[0], orders[1])
+    return StateExtent(chart, (ends[0], ends[1])), (orders[0], orders[1])
 
 
-def resolved(groups: Sequence[Sequence[State]]) -> tuple[list[Tables], Grid]:
+def resolved(groups: Sequence[Sequence[State]]) -> tuple[list[AmplitudeTables], NodeGrid]:
     """Return one grid on which all states, and the products of those of one class, are integrated, to 1e-9, and their
     tables by group.
     """
@@ -141,14 +141,14 @@ def resolved(groups: Sequence[Sequence[State]]) -> tuple[list[Tables], Grid]:
     )
 
 
-def grid_tables(states: Sequence[State], grid: Grid) -> Tables:
+def grid_tables(states: Sequence[State], grid: NodeGrid) -> AmplitudeTables:
     """Return the values of states of one class on a grid."""
     pairs = factors(states, grid.chart)
     if pairs:
         first, second = (np.array([pair[i](q) for pair in pairs]) for i, q in enumerate((grid.x, grid.y)))
-        return Tables(first * INVARIANTS[grid.chart.name].front, second)
+        return AmplitudeTables(first * INVARIANTS[grid.chart.name].front, second)
     x, y = (q.reshape(-1) for q in np.meshgrid(grid.x, grid.y, indexing="ij"))
-    return Tables(np.array([state.amplitude(x, y, grid.chart) for state in states]), np.ones((len(states), 1)))
+    return AmplitudeTables(np.array([state.amplitude(x, y, grid.chart) for state in states]), np.ones((len(states), 1)))
 
 
 def _extremes(states: Sequence[State]) -> list[State]:

@@ -21,7 +21,7 @@ CHUNK = 1 << 21
 
 
 @dataclass(frozen=True)
-class Lattice:
+class PointLattice:
     """Points q = R (step (low + i) + origin) of i (d, 1), with the names of the coordinates; u = R^-1 q, with some
     periodic axes: shape (d,), whole numbers low (d,), step (d,), origin (d,), around (d,), R (d, d).
     """
@@ -73,7 +73,7 @@ class LatticeWaves:
     """Wave functions of levels of a body: values (levels, kept) at the points of a lattice with flat indices kept."""
 
     body: Any
-    lattice: Lattice
+    lattice: PointLattice
     kept: np.ndarray
     values: np.ndarray
 
@@ -97,7 +97,7 @@ class VibrationState(Drawable):
     energy: float
     hbar: float
     body: Dynamics
-    lattice: Lattice
+    lattice: PointLattice
     kept: np.ndarray
     values: np.ndarray
 

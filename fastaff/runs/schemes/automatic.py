@@ -88,7 +88,7 @@ def fastest(error: float) -> Collocation:
 
 
 @dataclass(frozen=True)
-class Trial:
+class CandidateTrial:
     """Result of a candidate in the trial: its step, the largest energy error expected at the end, forces per unit
     time.
     """
@@ -175,7 +175,7 @@ class Automatic:
             raise ValueError(f"scheme {self.name} takes T quadratic in the momenta, which it is not")
         return replace(self, candidates=kept)
 
-    def choose(self, trials: Iterable[Trial]) -> Trial:
+    def choose(self, trials: Iterable[CandidateTrial]) -> CandidateTrial:
         """Return the best of `trials`."""
         tried = list(trials)
         good = [trial for trial in tried if trial.error <= self.bound]

@@ -14,14 +14,14 @@ from ...core.arrays import Array, Mask
 from ...core.numbers import positive
 from . import metrics
 from .chart import Chart
-from .steps import Conformal, Mix, Polar, Step, Warp, direction
+from .steps import Conformal, Mix, PolarStep, Step, Warp, direction
 
 ROOT2 = float(np.sqrt(2.0))
 
 # Rows (a1, a2, b1, b2) -> (alpha, eta, beta, gamma), and to (x, y, u, z).
 PLANES: tuple[Step, ...] = (
-    Polar(0, 1, "alpha = (D1 + D2)/sqrt2", "p_eta = (p_phi - p_psi)/2"),
-    Polar(2, 3, "beta = (D1 - D2)/sqrt2", "p_gamma = (p_phi + p_psi)/2"),
+    PolarStep(0, 1, "alpha = (D1 + D2)/sqrt2", "p_eta = (p_phi - p_psi)/2"),
+    PolarStep(2, 3, "beta = (D1 - D2)/sqrt2", "p_gamma = (p_phi + p_psi)/2"),
 )
 ELEMENTS: tuple[Step, ...] = (Mix(0, 2, ROOT2), Mix(3, 1, ROOT2))
 
@@ -71,9 +71,9 @@ LOGARITHMS: tuple[Step, ...] = (
 DILATATION = Warp(0, _exp_half, _twice_log, _half, _above_zero, "delta = sqrt(D1 D2) must be positive", "delta")
 
 
-def _polar_invariants(radius: str, angle: str, fold: int) -> Polar:
+def _polar_invariants(radius: str, angle: str, fold: int) -> PolarStep:
     """(alpha, beta) = rho (cos, sin)(angle/fold)."""
-    return Polar(0, 2, radius, f"p_{angle}", fold)
+    return PolarStep(0, 2, radius, f"p_{angle}", fold)
 
 
 def elliptic(focus: float) -> Chart:
@@ -283,9 +283,9 @@ SPHERICAL = Chart(
     ("r", "lambda", "mu", "nu"),
     (
         *ELEMENTS,
-        Polar(0, 1, "r sin(lambda) cos(mu)", "p_nu"),
-        Polar(0, 3, "r sin(lambda)", "p_mu", wrap=False),
-        Polar(2, 0, "r", "p_lambda"),
+        PolarStep(0, 1, "r sin(lambda) cos(mu)", "p_nu"),
+        PolarStep(0, 3, "r sin(lambda)", "p_mu", wrap=False),
+        PolarStep(2, 0, "r", "p_lambda"),
     ),
     (2, 0, 3, 1),
     metrics.spherical,
@@ -294,7 +294,7 @@ SPHERICAL = Chart(
 SPHERICAL_CARTESIAN = Chart(
     "spherical-Cartesian",
     ("R", "theta", "chi", "u"),
-    (*ELEMENTS, Polar(0, 1, "R sin(theta)", "p_chi"), Polar(3, 0, "R", "p_theta")),
+    (*ELEMENTS, PolarStep(0, 1, "R sin(theta)", "p_chi"), PolarStep(3, 0, "R", "p_theta")),
     (3, 0, 1, 2),
     metrics.spherical_cartesian,
     "at R = 0 (x = y = z = 0) or sin(theta) = 0 (x = y = 0)",
@@ -302,7 +302,7 @@ SPHERICAL_CARTESIAN = Chart(
 POLAR_POLAR = Chart(
     "polar-polar",
     ("r1", "chi1", "r2", "chi2"),
-    (*ELEMENTS, Polar(0, 1, "r1", "p_chi1"), Polar(3, 2, "r2", "p_chi2")),
+    (*ELEMENTS, PolarStep(0, 1, "r1", "p_chi1"), PolarStep(3, 2, "r2", "p_chi2")),
     (0, 1, 3, 2),
     metrics.polar_polar,
     "at r1 = 0 (x = y = 0) or r2 = 0 (z = u = 0)",
@@ -310,7 +310,7 @@ POLAR_POLAR = Chart(
 POLAR_CARTESIAN = Chart(
     "polar-Cartesian",
     ("r1", "chi1", "z", "u"),
-    (*ELEMENTS, Polar(0, 1, "r1", "p_chi1")),
+    (*ELEMENTS, PolarStep(0, 1, "r1", "p_chi1")),
     (0, 1, 3, 2),
     metrics.polar_cartesian,
     "at r1 = 0 (x = y = 0)",

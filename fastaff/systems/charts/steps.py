@@ -35,7 +35,7 @@ class Step(Protocol):
     def unpush(self, x: Array, y: Array, v: Array) -> Array: ...
 
 
-class Polar(NamedTuple):
+class PolarStep(NamedTuple):
     """Polar coordinates: (x_i, x_j) = radius (cos, sin)(angle/fold), the radius in row i, the angle in row j.
 
     radius, momentum: names for messages.  wrap: angles in [0, 2 pi fold), else as arctan2 gives them. Where the radius

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.foreign import call_for, read_by
+from ...core.foreign import call_for, dispatch_adapter
 from ...core.numbers import positive, real, shown
 from .grammar import checked_name
 from .reserved import MAX_DEGREES_OF_FREEDOM, RESERVED
@@ -21,7 +21,7 @@ def text_of(text: Any) -> str:
     """Return a formula as text: expressions, of SymPy and of heyoka, go through a tree whitelist."""
     if isinstance(text, str):
         return text
-    expression = read_by("expression", text)
+    expression = dispatch_adapter("expression", text)
     expression = text if expression is None else expression
     sympy = sys.modules.get("sympy")
     if sympy is not None and isinstance(expression, sympy.Expr):

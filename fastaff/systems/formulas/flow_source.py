@@ -8,7 +8,7 @@ from typing import Any
 from .inertia import fresh
 from .model_source import loops, period_methods, periods_methods, poles_methods
 from .potential_source import Description, class_text, constant, margin_method, method, module, spread
-from .printing import Lines
+from .printing import Assignments
 
 
 def flow_model(
@@ -57,8 +57,8 @@ def nonseparable_model(
     q, p = ([symbols[name] for name in part] for part in (d.coordinates, momenta))
     H = H + p[-1] if driven else H
     rates = [*(H.diff(x) for x in p), *(-H.diff(x) for x in q)]
-    lines = Lines(names)
-    own = Lines(names)
+    lines = Assignments(names)
+    own = Assignments(names)
     energy = spread(H, lines.add([H])[0], names)
     methods = [
         constant("degrees_of_freedom", f"Return {n}.", str(n)),
@@ -100,7 +100,7 @@ def _methods_of_rates(
     taken = (*names, *changes.values())
 
     def listed(name: str, doc: str, arguments: Sequence[str], expressions: Sequence[Any]) -> str:
-        lines = Lines(taken)
+        lines = Assignments(taken)
         texts = lines.add(_of_sums(lines, expressions) if shared else expressions)
         varied = {*symbols.values(), *along.values()}
         kept = [
@@ -114,11 +114,11 @@ def _methods_of_rates(
     return [
         listed("rates", "Return dz/dt.", names, rates),
         listed("tangent_rates", doc, (*names, *changes.values()), tangent),
-        margin_method(walls, names, Lines(taken)),
+        margin_method(walls, names, Assignments(taken)),
     ]
 
 
-def _of_sums(lines: Lines, expressions: Sequence[Any]) -> list[Any]:
+def _of_sums(lines: Assignments, expressions: Sequence[Any]) -> list[Any]:
     """Return the expressions with sin and cos of sums of two angles expanded, where those of the angles occur too: a
     few products replace a sine and a cosine, which take most of a pendulum's time.
 

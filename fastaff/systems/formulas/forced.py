@@ -22,7 +22,7 @@ INERTIA = "inertia"
 """Parameter of a body's flow for its mu; inertia_1, inertia_2, ... for coordinates with masses."""
 
 
-class Text(NamedTuple):
+class EnergyText(NamedTuple):
     """V or H(q, p) of a model, its domain, and the periods of its coordinates, as text."""
 
     formula: str
@@ -30,14 +30,14 @@ class Text(NamedTuple):
     periods: Mapping[str, str] = {}
 
 
-BUILT_IN: dict[type, Text] = {
-    Harmonic: Text("C*(D1**2 + D2**2)/2"),
-    Anharmonic: Text("C*(D1**2 + D2**2)/2 + 4*C/(D1 + D2)**2", "(D1 + D2)**2"),
-    Hyperelastic: Text("C*(1/(D1*D2) + (D1**2 + D2**2)/2)", "D1*D2"),
-    HeavyTop: Text("C*(D1**2 + D2**2)/2 + 2*A*D1*D2/(D1**2 + D2**2)**2", "D1**2 + D2**2"),
-    NeoHookean: Text("G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", "D1*D2"),
-    HenonHeiles: Text("(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)"),
-    DoublePendulum: Text(
+BUILT_IN: dict[type, EnergyText] = {
+    Harmonic: EnergyText("C*(D1**2 + D2**2)/2"),
+    Anharmonic: EnergyText("C*(D1**2 + D2**2)/2 + 4*C/(D1 + D2)**2", "(D1 + D2)**2"),
+    Hyperelastic: EnergyText("C*(1/(D1*D2) + (D1**2 + D2**2)/2)", "D1*D2"),
+    HeavyTop: EnergyText("C*(D1**2 + D2**2)/2 + 2*A*D1*D2/(D1**2 + D2**2)**2", "D1**2 + D2**2"),
+    NeoHookean: EnergyText("G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", "D1*D2"),
+    HenonHeiles: EnergyText("(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)"),
+    DoublePendulum: EnergyText(
         "(m_2*l_2**2*p1**2 + (m_1 + m_2)*l_1**2*p2**2 - 2*m_2*l_1*l_2*cos(q1 - q2)*p1*p2)"
         "/(2*m_2*l_1**2*l_2**2*(m_1 + m_2*sin(q1 - q2)**2)) - (m_1 + m_2)*g*l_1*cos(q1) - m_2*g*l_2*cos(q2)",
         periods={"q1": "2*pi", "q2": "2*pi"},

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.foreign import ForeignSystem, read_by
+from ...core.foreign import ForeignSystem, dispatch_adapter
 from ...core.numbers import positive, shown
 from ...engine.kinds import OPTIONS, TERMS
 from ...results.progress import says_progress
@@ -220,7 +220,7 @@ def hamiltonian(
     -2.75
     """
     options: dict[str, Any] = {"rotation": rotation, "magnetic": magnetic, "friction": friction}
-    given = read_by("system", text)
+    given = dispatch_adapter("system", text)
     if given is not None:
         if momenta is not None:
             raise ValueError(f"momenta are for a whole H, this {type(text).__name__} is V alone: leave them out")

@@ -11,10 +11,10 @@ import numpy as np
 
 from .domains import SAMPLES, everywhere, poles
 from .gammainc import numeric
-from .printing import Lines
+from .printing import Assignments
 
 
-class Inertia(NamedTuple):
+class KineticSide(NamedTuple):
     """The kinetic side of a model: fields, and texts of the velocities and of T; tangent: of the changes of velocities
     along a vector, where T is not quadratic.
     """
@@ -33,33 +33,33 @@ def fresh(prefix: str, coordinates: Sequence[str], taken: Sequence[str]) -> tupl
     return tuple(prefix + c for c in coordinates)
 
 
-def plane_inertia(pair: bool) -> Inertia:
+def plane_inertia(pair: bool) -> KineticSide:
     """Return the inertia mu of a body, or diag(mu_1, mu_2) in the material frame: T = (p_x^2 + p_z^2)/2 mu_1 + (p_y^2 +
     p_u^2)/2 mu_2.
     """
     p = ("pa1", "pa2", "pb1", "pb2")
     if not pair:
         square = " + ".join(f"{c}*{c}" for c in p)
-        return Inertia(("mu",), ("w = 1.0/self.mu",), tuple(f"w*{c}" for c in p), f"({square})/(2*self.mu)")
+        return KineticSide(("mu",), ("w = 1.0/self.mu",), tuple(f"w*{c}" for c in p), f"({square})/(2*self.mu)")
     lines = ("v, w = 0.5/self.mu_1, 0.5/self.mu_2", "k, d = v + w, v - w")
     velocity = ("k*pa1 + d*pb1", "k*pa2 + d*pb2", "d*pa1 + k*pb1", "d*pa2 + k*pb2")
     first = "(pa1 + pb1)*(pa1 + pb1) + (pa2 + pb2)*(pa2 + pb2)"
     second = "(pa1 - pb1)*(pa1 - pb1) + (pb2 - pa2)*(pb2 - pa2)"
-    return Inertia(("mu_1", "mu_2"), lines, velocity, f"({first})/(4*self.mu_1) + ({second})/(4*self.mu_2)")
+    return KineticSide(("mu_1", "mu_2"), lines, velocity, f"({first})/(4*self.mu_1) + ({second})/(4*self.mu_2)")
 
 
-def mass_inertia(coordinates: Sequence[str], masses: bool, moving: int) -> Inertia:
+def mass_inertia(coordinates: Sequence[str], masses: bool, moving: int) -> KineticSide:
     """Return unit masses, or masses m_1, ... that are fields, of the first coordinates: T = sum p_i^2/2 m_i."""
     p = fresh("p", coordinates, ())[:moving]
     if not masses:
-        return Inertia((), (), p, f"({' + '.join(f'{c}*{c}' for c in p)})/2")
+        return KineticSide((), (), p, f"({' + '.join(f'{c}*{c}' for c in p)})/2")
     fields = tuple(f"m_{i}" for i in range(1, len(p) + 1))
     velocity = tuple(f"{c}*(1.0/self.{m})" for c, m in zip(p, fields, strict=True))
     kinetic = " + ".join(f"{c}*{c}/(2*self.{m})" for c, m in zip(p, fields, strict=True))
-    return Inertia(fields, (), velocity, kinetic)
+    return KineticSide(fields, (), velocity, kinetic)
 
 
-def driven_inertia(inertia: Inertia, coordinates: Sequence[str]) -> Inertia:
+def driven_inertia(inertia: KineticSide, coordinates: Sequence[str]) -> KineticSide:
     """Return the inertia of a driven system from that of its coordinates; the velocity of the time is 1."""
     p = fresh("p", coordinates, ())[-1]
     tangent = (*inertia.tangent, f"0.0*{p}") if inertia.tangent else ()
@@ -68,7 +68,7 @@ def driven_inertia(inertia: Inertia, coordinates: Sequence[str]) -> Inertia:
 
 def in_turning_frame(
     H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
-) -> tuple[Any, Any, Inertia] | None:
+) -> tuple[Any, Any, KineticSide] | None:
     """Return V(q), the rate w and the inertia of H = T(p) + V(q) - w (x p_y - y p_x), with T quadratic, and isotropic
     in the momenta of the first two coordinates x, y; None where it is not of that form.
     """
@@ -104,7 +104,7 @@ def _still(H: Any, momenta: Sequence[Any]) -> Any:
 
 def separated(
     H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
-) -> tuple[Any, Inertia] | None:
+) -> tuple[Any, KineticSide] | None:
     """Return V(q) and the inertia of H = T(p) + V(q); the time may be one more coordinate; None where it is not of that
     form, or not known to be: T must have no poles and walls, and nowhere less than its value at rest.
     """
@@ -157,7 +157,7 @@ def _least_at_rest(T: Any, momenta: Sequence[Any]) -> bool:
         return not (moving - resting < -1e-9 * (np.abs(moving) + np.abs(resting))).any()
 
 
-def _curved_inertia(T: Any, momenta: Sequence[Any], coordinates: Sequence[str]) -> Inertia:
+def _curved_inertia(T: Any, momenta: Sequence[Any], coordinates: Sequence[str]) -> KineticSide:
     """Return the inertia of T, not quadratic, with the energy at rest left out."""
     import sympy
 
@@ -167,7 +167,7 @@ def _curved_inertia(T: Any, momenta: Sequence[Any], coordinates: Sequence[str]) 
     along = [sympy.Symbol(name, real=True) for name in d[: len(momenta)]]
     T = (T - _still(T, momenta)).xreplace(dict(zip(momenta, own, strict=True)))
     v = [T.diff(x) for x in own]
-    lines = Lines((*p, *d))
+    lines = Assignments((*p, *d))
     changes = [sympy.sympify(sum(entry.diff(x) * dx for x, dx in zip(own, along, strict=True))) for entry in v]
     velocity, tangent, kinetic = (lines.add(part) for part in (v, changes, [T]))
     kept = [
@@ -176,7 +176,7 @@ def _curved_inertia(T: Any, momenta: Sequence[Any], coordinates: Sequence[str]) 
         )
         for part in ((velocity, v), (tangent, changes))
     ]
-    return Inertia((), tuple(lines.lines), kept[0], kinetic[0], kept[1])
+    return KineticSide((), tuple(lines.lines), kept[0], kinetic[0], kept[1])
 
 
 def _varied(expressions: Sequence[Any], fixed: Sequence[Any]) -> bool:
@@ -210,7 +210,7 @@ def _bounded(walls: Sequence[Any], momenta: Sequence[Any]) -> bool:
     return any(wall.free_symbols & {*momenta} for wall in walls)
 
 
-def _quadratic_inertia(W: Sequence[Sequence[Any]], coordinates: Sequence[str]) -> Inertia:
+def _quadratic_inertia(W: Sequence[Sequence[Any]], coordinates: Sequence[str]) -> KineticSide:
     """Return the inertia of T = p.W p/2, in the texts of `mass_inertia` where W is diagonal."""
     p = fresh("p", coordinates, ())[: len(W)]
     n = range(len(W))
@@ -219,14 +219,14 @@ def _quadratic_inertia(W: Sequence[Sequence[Any]], coordinates: Sequence[str]) -
             return mass_inertia(coordinates, False, len(W))
         masses = [f"({_text(1 / W[i][i])})" for i in n]
         kinetic = " + ".join(f"{c}*{c}/(2*{m})" for c, m in zip(p, masses, strict=True))
-        return Inertia((), (), tuple(f"{c}*(1.0/{m})" for c, m in zip(p, masses, strict=True)), kinetic)
+        return KineticSide((), (), tuple(f"{c}*(1.0/{m})" for c, m in zip(p, masses, strict=True)), kinetic)
     velocity = tuple(" + ".join(f"({_text(W[i][j])})*{p[j]}" for j in n if W[i][j] != 0) for i in n)
-    return Inertia((), (), velocity, f"({' + '.join(f'{c}*({v})' for c, v in zip(p, velocity, strict=True))})/2")
+    return KineticSide((), (), velocity, f"({' + '.join(f'{c}*({v})' for c, v in zip(p, velocity, strict=True))})/2")
 
 
 def _text(expression: Any) -> str:
     """Return an expression as one text, with its named parts written out in parentheses."""
-    lines = Lines(())
+    lines = Assignments(())
     text = lines.text(expression)
     for name, value in (line.split(" = ", 1) for line in reversed(lines.lines)):
         text = re.sub(rf"(?<![\w.]){name}\b", f"({value})", text)

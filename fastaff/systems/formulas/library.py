@@ -26,7 +26,7 @@ from ...engine.kinds import OPTIONS, TERMS
 from .equations import split
 from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
-from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
+from .variables import VARIABLES, ProgramTrial, check_real, check_symmetry, everything, is_isotropic
 
 
 class Request(NamedTuple):
@@ -309,11 +309,11 @@ def _derive_flow(
 
 def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
     program, domain = programs
-    trial = Trial(program, values)
+    trial = ProgramTrial(program, values)
     check_symmetry(trial, "text")
     isotropic = is_isotropic(trial)
     if domain is not None:
-        of_domain = Trial(domain, values)
+        of_domain = ProgramTrial(domain, values)
         check_symmetry(of_domain, "domain")
         isotropic_domain = is_isotropic(of_domain)
     else:
@@ -323,7 +323,7 @@ def _derive_body(request: Request, programs: tuple[Program, Program | None], val
     return _derive_general(request, programs, trial, isotropic)
 
 
-def alpha_even(trial: Trial) -> bool:
+def alpha_even(trial: ProgramTrial) -> bool:
     """Tell whether the formula is a smooth function of alpha^2 beyond alpha = 0: unchanged by alpha -> -alpha, at
     random points.
     """
@@ -361,7 +361,7 @@ def body_region(s: Mapping[str, Any]) -> Any:
     return region
 
 
-def _derive_potential(request: Request, programs: tuple[Program, Program | None], trial: Trial) -> str:
+def _derive_potential(request: Request, programs: tuple[Program, Program | None], trial: ProgramTrial) -> str:
     """Return the source of a doubly isotropic potential."""
     import sympy
 
@@ -414,7 +414,9 @@ def _proof(program: Program, reduced: Any) -> str:
     return f"Doubly isotropic, numerically: at {POINTS} random points, to {DIGITS // 2} of {DIGITS} digits."
 
 
-def _derive_general(request: Request, programs: tuple[Program, Program | None], trial: Trial, isotropic: bool) -> str:
+def _derive_general(
+    request: Request, programs: tuple[Program, Program | None], trial: ProgramTrial, isotropic: bool
+) -> str:
     """Return the source of a body whose potential or inertia is not isotropic."""
     import sympy
 

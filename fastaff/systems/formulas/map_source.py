@@ -14,7 +14,7 @@ from ..models.contracts import Kind
 from .gammainc import GAMMAINC
 from .grammar import Program, UnknownName, checked_name, parse
 from .potential_source import constant, method, spread
-from .printing import Lines
+from .printing import Assignments
 
 TAG = Kind.MAP.equations
 """First entry of the request of a map: no formula of a potential can be this text."""
@@ -133,16 +133,16 @@ def class_of_map(
     changes = {name: sympy.Symbol(f"d{name}", real=True) for name in rows}
     taken = (*rows, *(f"d{name}" for name in rows))
 
-    def arrays(expressions: Sequence[Any], lines: Lines) -> list[str]:
+    def arrays(expressions: Sequence[Any], lines: Assignments) -> list[str]:
         symbols = {*own.values(), *changes.values()}
         texts = lines.add(expressions)
         return [
             t if e.free_symbols & symbols else f"{t} + 0.0*{rows[0]}" for t, e in zip(texts, expressions, strict=True)
         ]
 
-    lines = Lines(taken)
-    moving = Lines(taken)
-    other = Lines(taken)
+    lines = Assignments(taken)
+    moving = Assignments(taken)
+    other = Assignments(taken)
     if len(found.lines) > MANY:
         image, change = _one_by_one(found, values, changes, (lines, moving))
     else:
@@ -170,7 +170,7 @@ def class_of_map(
 
 def _margin(wall: Any, q: Sequence[str], taken: Sequence[str]) -> str:
     """Return the text of the margin: the wall, an expression in the coordinates q, or 1."""
-    lines = Lines(taken)
+    lines = Assignments(taken)
     # Term by term: a sum of finite terms may be infinite.
     free = " + ".join(["1.0", *(f"0.0*{name}" for name in q)])
     whole = free if wall is None else spread(wall, lines.add([wall])[0], q)
@@ -205,7 +205,7 @@ def _head(request: MapRequest) -> list[str]:
 
 
 def _one_by_one(
-    found: Statements, values: dict[str, Any], changes: dict[str, Any], lines: tuple[Lines, Lines]
+    found: Statements, values: dict[str, Any], changes: dict[str, Any], lines: tuple[Assignments, Assignments]
 ) -> tuple[list[str], list[str]]:
     """Write the statements one after the other, each with its change by the chain rule; return the texts of the images
     and of their changes. The cost grows as the length; derivatives of expanded images would grow as its square.

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.foreign import read_by
+from ...core.foreign import dispatch_adapter
 from ...core.identity import told_apart
 from ...core.interruption import imported
 from ...engine import code_folder
@@ -98,7 +98,7 @@ def mapping(
     array([[0.737],
            [0.447]])
     """
-    given = read_by("lattice", text)
+    given = dispatch_adapter("lattice", text)
     if given is not None:
         if coordinates is not None or momenta is not None:
             raise ValueError("coordinates and momenta of a map of another tool are x y and px py: leave them out")

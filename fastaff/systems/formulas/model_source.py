@@ -7,9 +7,9 @@ from typing import Any
 
 from ...engine.kinds import TERMS
 from .centres import kept, shifted
-from .inertia import Inertia, driven_inertia, fresh, mass_inertia, plane_inertia
+from .inertia import KineticSide, driven_inertia, fresh, mass_inertia, plane_inertia
 from .potential_source import Description, class_text, constant, margin_method, method, module, poles_methods
-from .printing import Lines
+from .printing import Assignments
 
 HALF = 0.7071067811865476
 """Square root of 1/2."""
@@ -113,7 +113,7 @@ def model(
     d: Description,
     V: Any,
     walls: Sequence[Any],
-    inertia: Inertia,
+    inertia: KineticSide,
     *,
     clamped: Sequence[str],
     angles: str,
@@ -133,8 +133,8 @@ def model(
     dq = tuple(inner.differentials[c] for c in q)
     taken = (*q, *dq, *momenta, *inner.symbols, *(f"d{n}" for n in inner.symbols))
 
-    def lines(tangent: bool = False) -> Lines:
-        begun = Lines(taken)
+    def lines(tangent: bool = False) -> Assignments:
+        begun = Assignments(taken)
         begun.lines += inner.lines(tangent)
         return begun
 
@@ -142,7 +142,7 @@ def model(
         vary = {*inner.real.values(), *inner.symbols.values(), *inner.d.values(), *inner.outer_d.values()}
         return [t if e.free_symbols & vary else f"{t} + 0.0*{c}" for t, e, c in zip(texts, expressions, q, strict=True)]
 
-    kinetic = Lines(taken)
+    kinetic = Assignments(taken)
     dp = fresh("d", momenta, ())
     kinetic.lines += inertia.lines
     methods = [
@@ -172,7 +172,7 @@ def model(
             filled(work.add(kept(work, tangent, d.centres, least=False)), tangent),
         )
     )
-    work = Lines(taken)
+    work = Assignments(taken)
     work.lines += inner.lines(False, clamp=False)
     texts = work.add(kept(work, [V], d.centres))
     value = texts[0] if V.free_symbols & set(inner.symbols.values()) else f"{texts[0]} + 0.0*({' + '.join(q)})"
@@ -182,7 +182,7 @@ def model(
 
 
 def _margin(walls: Sequence[Any], q: Sequence[str], taken: Sequence[str]) -> str:
-    work = Lines(taken)
+    work = Assignments(taken)
     if not walls:
         return margin_method([], q, work)
     inner = _Inner(walls, q, ())
@@ -254,7 +254,7 @@ def hamiltonian_model(
     masses: bool,
     term: str | None = None,
     rate: Any = None,
-    inertia: Inertia | None = None,
+    inertia: KineticSide | None = None,
     periods: Sequence[Any] = (),
     momenta: Sequence[str] = (),
     poles: Sequence[Any] = (),
@@ -265,7 +265,7 @@ def hamiltonian_model(
     """
     more: Sequence[str] = ()
     if term is not None:
-        work = Lines(())
+        work = Assignments(())
         entry = TERMS[term]
         (text,) = work.add([rate])
         named = method(entry.rate, (), f"Return the rate: {entry.does}.", work, [f"1.0*({text})"], single=True)
@@ -293,7 +293,7 @@ def driven_model(
     period: Any,
     *,
     masses: bool,
-    inertia: Inertia | None = None,
+    inertia: KineticSide | None = None,
     periods: Sequence[Any] = (),
     momenta: Sequence[str] = (),
     poles: Sequence[Any] = (),
@@ -323,14 +323,14 @@ def driven_model(
     )
 
 
-def _kinetic(masses: bool, inertia: Inertia | None) -> str:
+def _kinetic(masses: bool, inertia: KineticSide | None) -> str:
     """Return the words for the kinetic energy of a system of particles on lines."""
     return "T(p)" if inertia and inertia.tangent else f"T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
 
 
 def period_methods(time: str, period: Any, fields: Sequence[str]) -> tuple[tuple[str, ...], list[str]]:
     """Return the fields of a driven system, and its methods: `period`, unless that is a field, and `phase`."""
-    lines = Lines((time,))
+    lines = Assignments((time,))
     if period == "":
         fields = (*fields, "period")
         text = "self.period"
@@ -346,7 +346,7 @@ def period_methods(time: str, period: Any, fields: Sequence[str]) -> tuple[tuple
 
 def periods_methods(periods: Sequence[Any]) -> list[str]:
     """Return the method of the periods of the rows where some have one."""
-    lines = Lines(())
+    lines = Assignments(())
     doc = "Return the period of each row, 0 where it has none."
     return [method("periods", (), doc, lines, lines.add(periods))] if any(p != 0 for p in periods) else []
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from .centres import Centre
 from .gammainc import GAMMAINC
-from .printing import Lines
+from .printing import Assignments
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
@@ -57,7 +57,7 @@ def class_text(name: str, what: str, d: Description, fields: Sequence[str], meth
 
 
 def method(
-    name: str, arguments: Sequence[str], doc: str, lines: Lines, results: Sequence[str], *, single: bool = False
+    name: str, arguments: Sequence[str], doc: str, lines: Assignments, results: Sequence[str], *, single: bool = False
 ) -> str:
     """Return the text of a method that returns a number, or a tuple."""
     returned = results[0] if single else ", ".join(results) + ("," if len(results) == 1 else "")
@@ -88,7 +88,9 @@ def spread(expression: Any, text: str, coordinates: Sequence[str]) -> str:
     return text if present >= set(coordinates) else f"{text} + 0.0*({' + '.join(coordinates)})"
 
 
-def margin_method(walls: Sequence[Any], coordinates: Sequence[str], lines: Lines, *, covered: bool = False) -> str:
+def margin_method(
+    walls: Sequence[Any], coordinates: Sequence[str], lines: Assignments, *, covered: bool = False
+) -> str:
     """Return the margin: the least of the walls, 1 where there is none; `covered` where they depend on all
     coordinates.
     """
@@ -111,14 +113,14 @@ def margin_method(walls: Sequence[Any], coordinates: Sequence[str], lines: Lines
 
 def poles_methods(poles: Sequence[Any], names: Sequence[str]) -> list[str]:
     """Return the method of `poles` where there are some."""
-    lines = Lines(names)
+    lines = Assignments(names)
     doc = "Return numbers whose whole parts an orbit keeps: they change at poles."
     return [method("poles", names, doc, lines, lines.add(poles))] if poles else []
 
 
 def _bounds(d: Description, walls: Sequence[Any]) -> list[str]:
     """Return the methods of the domain of a potential of A and B: its margin, its poles."""
-    return [margin_method(walls, ("A", "B"), Lines(("A", "B"))), *poles_methods(d.poles, ("A", "B"))]
+    return [margin_method(walls, ("A", "B"), Assignments(("A", "B"))), *poles_methods(d.poles, ("A", "B"))]
 
 
 # --- doubly isotropic potentials ------------------------------------------------------------------------------------
@@ -140,7 +142,7 @@ def potential(d: Description, V: Any, walls: Sequence[Any], s: dict[str, Any], *
         ("slopes", "Return V_A, V_B.", [V_A, V_B]),
         ("curvatures", "Return V_AA, V_AB, V_BB.", [V_A.diff(A), V_A.diff(B), V_B.diff(B)]),
     ):
-        lines = Lines(("A", "B"))
+        lines = Assignments(("A", "B"))
         lines.lines += [f"A = np.maximum(A, {2.0**-34!r})"] if clamp and name != "value" else []
         texts = [
             spread(e, text, ("A", "B")) if not e.free_symbols & {A, B} else text
@@ -176,9 +178,9 @@ class _Start(NamedTuple):
     beta: Any
     far: Any
 
-    def begun(self) -> Lines:
+    def begun(self) -> Assignments:
         """Return the lines of a new method."""
-        lines = Lines(self.taken)
+        lines = Assignments(self.taken)
         lines.lines += self.lines
         return lines
 
@@ -203,10 +205,10 @@ def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
     g_bb = g.diff(beta).diff(beta)
 
     def helper(name: str, doc: str, results: Sequence[Any]) -> str:
-        lines = Lines(("alpha", "beta"))
+        lines = Assignments(("alpha", "beta"))
         return method(name, ("alpha", "beta"), doc, lines, lines.add(results), single=len(results) == 1)
 
-    lines = Lines(("A", "B", "alpha", "beta"))
+    lines = Assignments(("A", "B", "alpha", "beta"))
     lines.lines += ["alpha, beta = np.sqrt(A), np.sqrt(B)"]
     higher = "Return that derivative's slope in alpha, and the fourth derivative in beta."
     methods = [
@@ -292,7 +294,7 @@ def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
         own.lines += _on_ring(count)
         chosen = [f"choice*({inner}) + (1.0 - choice)*({outer})" for inner, outer in zip(near, texts, strict=True)]
         methods.append(method(name, ("A", "B"), doc, own, chosen, single=name == "value"))
-    own = Lines(("alpha", "beta"))
+    own = Assignments(("alpha", "beta"))
     doc = "Return V of a complex beta, and its first and second derivatives in alpha."
     g_a = g.diff(alpha)
     methods.append(method("ring", ("alpha", "beta"), doc, own, own.add([g, g_a, g_a.diff(alpha)])))

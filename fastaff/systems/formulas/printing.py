@@ -17,7 +17,7 @@ _LARGE = 1500
 """Operations of the expressions from which on only one way to write them is tried."""
 
 
-class Lines:
+class Assignments:
     """Assignments that are being written; taken: names that temporaries must not have."""
 
     def __init__(self, taken: Sequence[str]):

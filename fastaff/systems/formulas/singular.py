@@ -9,7 +9,7 @@ from typing import Any
 from .gammainc import gammainc, numeric
 from .potential_source import Description, ring_potential
 from .removable import Places, Vanishing, refused, vanishing
-from .variables import Trial, everything
+from .variables import ProgramTrial, everything
 
 AXES = ("alpha", "beta")
 _RIGHT = 1e-9
@@ -85,7 +85,7 @@ def body_places() -> Places:
     return Places(place, draw, [(None, 0.0, None, None)])
 
 
-def ring_text(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], trial: Trial) -> str:
+def ring_text(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], trial: ProgramTrial) -> str:
     """Return the source of a potential that is 0/0 at beta = 0, tried against more digits; ValueError where it would be
     inexact.
     """
@@ -104,7 +104,7 @@ def _even(g: Any, s: dict[str, Any]) -> bool:
     return bool(g.xreplace({s["alpha"]: -s["alpha"]}) == g)
 
 
-def _largest_error(text: str, g: Any, s: dict[str, Any], trial: Trial) -> float:
+def _largest_error(text: str, g: Any, s: dict[str, Any], trial: ProgramTrial) -> float:
     """Return the largest error of value, slopes and curvatures at points up to the axis, on the scale of the potential
     there.
     """

@@ -49,7 +49,7 @@ def everything(a1: Any, a2: Any, b1: Any, b2: Any, alpha: Any, beta: Any, sqrt: 
     }
 
 
-class Trial:
+class ProgramTrial:
     """A program evaluated with 50 digits at random points, its parameters varied around the given ones."""
 
     def __init__(self, program: Program, parameters: Mapping[str, float]):
@@ -127,7 +127,7 @@ class Trial:
         return abs(one - other) > self.mp.mpf(10) ** (-DIGITS // 2) * (1 + abs(one) + abs(other))
 
 
-def check_symmetry(trial: Trial, argument: str) -> None:
+def check_symmetry(trial: ProgramTrial, argument: str) -> None:
     """Refuse a formula that changes under D1 <-> D2 (beta -> -beta, vartheta -> -vartheta): both name one matrix."""
     tried = 0
     for _ in range(20 * POINTS):
@@ -155,7 +155,7 @@ def check_symmetry(trial: Trial, argument: str) -> None:
         )
 
 
-def is_isotropic(trial: Trial) -> bool:
+def is_isotropic(trial: ProgramTrial) -> bool:
     """Tell whether independent rotations of a and b leave the formula unchanged, at random points."""
     tried = 0
     for _ in range(20 * POINTS):
@@ -184,7 +184,7 @@ def check_real(
     """Refuse a formula of coordinates that is real at no point tried: around the origin, then around the
     parameters and farther and farther away, and at last at a point that a search returns.
     """
-    trial = Trial(program, parameters)
+    trial = ProgramTrial(program, parameters)
     for k in range(40 * POINTS):
         generic = trial.generic_parameters()
         centres = [0.0, *generic.values()]

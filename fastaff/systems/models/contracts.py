@@ -17,7 +17,7 @@ Arithmetic = Callable[..., Any]
 
 
 @runtime_checkable
-class Model(Protocol):
+class SeparableModel(Protocol):
     """A system H = T(p) + V(q) of n degrees of freedom. Its phase points have 2n rows: coordinates, then momenta.
 
     velocity(p...) = dT/dp and force(q...) = -dV/dq, n numbers each; kinetic_energy(p...), potential_energy(q...);
@@ -120,10 +120,10 @@ class Autonomous(Protocol):
 class Nonseparable(Protocol):
     """A system H(q, p) of n degrees of freedom, with `kind` NONSEPARABLE.
 
-    energy(q..., p...) = H; rates(q..., p...) = dH/dp, -dH/dq, 2n numbers; tangent_rates(q..., p..., dq..., dp...), the
-    change of the rates along a vector; margin(q..., p...): positive in the domain. Optional: coordinates and momenta, n
-    names each; angles; periods(): for each row its period, 0 where it has none; poles(q..., p...): see `Model`. With a
-    drive the last coordinate is the time, as in `Model`, and H includes + p_t.
+    energy(q..., p...) = H; rates(q..., p...) = dH/dp, -dH/dq, 2n numbers; tangent_rates(q..., p..., dq..., dp...),
+    the change of the rates along a vector; margin(q..., p...): positive in the domain. Optional: coordinates and
+    momenta, n names each; angles; periods(): for each row its period, 0 where it has none; poles(q..., p...): see
+    `SeparableModel`. With a drive the last coordinate is the time, as in `SeparableModel`, and H includes + p_t.
     """
 
     @property
@@ -157,8 +157,8 @@ class Written(Protocol):
         """Parameters, and attributes of some kinds of systems, are known only when the text is read."""
 
 
-class WrittenModel(Model, Written, Protocol):
-    """A `Model` of a text."""
+class WrittenModel(SeparableModel, Written, Protocol):
+    """A `SeparableModel` of a text."""
 
 
 class WrittenNonseparable(Nonseparable, Written, Protocol):
@@ -173,7 +173,7 @@ class WrittenFlow(Autonomous, Written, Protocol):
     """An `Autonomous` system of a text."""
 
 
-Dynamics = Model | Map | Autonomous | Nonseparable
+Dynamics = SeparableModel | Map | Autonomous | Nonseparable
 """Any system: the first argument of analyses."""
 
 

@@ -37,7 +37,7 @@ class Itself(NamedTuple):
         return s
 
 
-class Polar(NamedTuple):
+class VarthetaVariable(NamedTuple):
     """Vartheta of s = sin^2(vartheta/2)."""
 
     @property

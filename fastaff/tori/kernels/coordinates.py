@@ -19,7 +19,7 @@ S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR
 (radius 0: none), panels (0: none)."""
 
 
-class Term(NamedTuple):
+class PotentialTerm(NamedTuple):
     """A term of a separated potential: its block function with its parameters, and the increasing ratios (places on a
     line) at which it has narrow features.
     """
@@ -34,7 +34,7 @@ class Coordinate(NamedTuple):
     of U s t at s = 0 and at t = 0 (2,).
     """
 
-    term: Term
+    term: PotentialTerm
     mu: float
     kind: int
     u: np.ndarray
