@@ -9,7 +9,7 @@ DOCS_JOBS ?= 2
 # Tests start a hundred processes and rewrite their own asserts: without bytecode that is kept, each does it all anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo wheel release test test-deep slow races coverage bounds faults lowest newest tools docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
+.PHONY: demo wheel release test check test-deep slow races coverage bounds faults lowest newest tools docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -38,6 +38,9 @@ release: $(VENV)/.dev  ## all of a release but the upload: dist/ with sdist, whe
 
 test: $(VENV)/.dev  ## the tests of every change, on WORKERS cores
 	$(PYTEST) -m "not slow and not race"
+
+check: $(VENV)/.first  ## the fast tests that differ from BASE (HEAD), or name a module that does or stands on one
+	$(BIN)/python .ci/check.py $(BASE)
 
 test-deep: $(VENV)/.dev  ## the deep tier: the stages whose files have changed since they passed; writes .ci/deep.json
 	$(BIN)/python .ci/deep.py --run

@@ -41,7 +41,7 @@ def test_a_job_beside_the_plain_call(numbers, tmp_path, name):
     plan = one.plan()
     fa.run(job(8, **ANALYSES[name]), tmp_path / "warm.zarr")
     analysis = plan.analyses[name]
-    settled = analysis.settled(plan.few(), one.run)
+    settled = analysis.resolve_defaults(plan.few(), one.run)
     plain, stored, whole = [], [], launch.whole(plan.launch)[0]
     for k in range(2):
         taken, alone = seconds(lambda: analysis.compute(plan.few()._replace(z0=whole), settled, one.run))
