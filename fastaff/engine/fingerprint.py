@@ -23,7 +23,6 @@ from .numba_private import CPUDispatcher
 COMPILED = (
     "core",
     "engine",
-    "results",
     "systems",
     "runs/schemes",
     "chaos/kernels",
