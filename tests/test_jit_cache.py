@@ -131,11 +131,11 @@ def test_constants_are_a_reason_to_compile_only_where_asked_for(monkeypatch):
 @pytest.mark.parametrize(
     ("scheme", "orbits", "blocks"),
     [
-        (KAHAN_LI8, 3, {"splitting", "check", "inside"}),
-        (SOFRONIOU_SPALETTA10, 3, {"precise_splitting", "check", "inside"}),
-        (KAHAN_LI8, 1, {"march", "check", "inside"}),
-        (RK4, 3, {"derivative", "check", "inside"}),
-        (DOP853, 3, {"derivative", "check"}),
+        (KAHAN_LI8, 3, {"splitting", "check", "inside", "potential"}),
+        (SOFRONIOU_SPALETTA10, 3, {"precise_splitting", "check", "inside", "potential"}),
+        (KAHAN_LI8, 1, {"march", "check", "inside", "potential"}),
+        (RK4, 3, {"derivative", "check", "inside", "potential"}),
+        (DOP853, 3, {"derivative", "check", "potential"}),
     ],
     ids=["splitting", "precise splitting", "one orbit", "tableau", "adaptive"],
 )

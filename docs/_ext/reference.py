@@ -83,7 +83,7 @@ PAGES: dict[str, Page] = {
         {
             "": "chaos_map chaotic_fraction MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum ZeroOne BirkhoffDigits "
             "FrequencyDiffusion ReversibilityError",
-            "chaos": " ".join(["ChaosMap ChaoticFraction Shares Character Verdict TangentIndicator", *OWN_INDICATORS]),
+            "chaos": " ".join(["ChaosMap ChaoticFraction Shares Character TangentIndicator", *OWN_INDICATORS]),
         },
     ),
     "periodic": Page(
@@ -99,7 +99,7 @@ PAGES: dict[str, Page] = {
         "Actions and angles, both ways, and tori of orbits of bodies that do not separate.",
         {
             "": "action_angles from_action_angles energy_of_actions constants_of_motion fit_torus",
-            "tori": "ActionAngles EnergyOfActions TorusFit fit_samples",
+            "tori": "ActionAngles EnergyOfActions TorusFit Verdict fit_samples",
         },
     ),
     "quantum": Page(

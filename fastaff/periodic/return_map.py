@@ -23,7 +23,8 @@ from ..runs.requirements import check_given, check_needs, checked_section, check
 from ..runs.scales import motion
 from ..runs.schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
 from ..sections.crossing_run import SPARE, follow_crossings, start_crossings
-from ..systems.models.mechanics import System, at_points
+from ..systems.models.mechanics import System
+from ..systems.models.pointwise import at_points
 from ..systems.models.sections import Stroboscopic
 from .own_units import Scale
 

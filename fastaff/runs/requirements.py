@@ -16,7 +16,8 @@ from ..engine.kinds import KINDS, Kind
 from ..systems.charts import Chart
 from ..systems.formulas.section_text import section_forms
 from ..systems.models.contracts import Autonomous, Map, Nonseparable, Potential, Section, SeparableModel
-from ..systems.models.mechanics import FAILS, System, at_points, system_of
+from ..systems.models.mechanics import System, system_of
+from ..systems.models.pointwise import FAILS, at_points
 from ..systems.models.sections import Stroboscopic
 from .schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from .schemes.time_transformed import TimeTransformed

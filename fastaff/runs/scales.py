@@ -13,7 +13,8 @@ from ..engine.jit import LANES
 from ..engine.kernels.averages import scales
 from ..engine.threads import by_portions
 from ..systems.models.maps import jacobian
-from ..systems.models.mechanics import System, at_points, stacked
+from ..systems.models.mechanics import System, stacked
+from ..systems.models.pointwise import at_points
 from .flow import ESCAPE, FARTHEST, Ensemble, Flow, escape_radii
 from .observers import columns
 from .schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4

@@ -14,7 +14,7 @@ from ..runs.launch import Report
 from ..runs.options import Problem
 from ..runs.requirements import energy_drift
 from ..runs.scales import motion
-from ..systems.models.mechanics import at_points
+from ..systems.models.pointwise import at_points
 from .lines import pieces_of
 from .series import weights
 from .torus import TorusFit, flow_of_turns, image, nothing, periods_of, point, resting, rows_of, without_periods

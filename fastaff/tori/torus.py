@@ -20,7 +20,8 @@ from ..results.result import Result, along
 from ..runs.flow import Flow
 from ..runs.options import Options, Problem
 from ..runs.requirements import current_system
-from ..systems.models.mechanics import System, at_points
+from ..systems.models.mechanics import System
+from ..systems.models.pointwise import at_points
 from .series import actions, evaluate
 
 GRID = 512

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .contracts import Kind
-from .mechanics import at_points
+from .pointwise import at_points
 
 TURN = 2 * np.pi
 
