@@ -187,7 +187,7 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
 
     Examples
     --------
-    >>> print(fa.compile.source(fa.HenonHeiles(), "potential").splitlines()[1])
+    >>> print(fa.engine.source(fa.HenonHeiles(), "potential").splitlines()[1])
     def potential(params, lanes, z, result):
     """
     if not is_value(value):

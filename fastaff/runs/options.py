@@ -69,8 +69,9 @@ class Options:
 
     Examples
     --------
-    >>> options = fa.flows.Options(step=0.1, scheme=fa.LEAPFROG)
-    >>> fa.flows.plan(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], options).flow.step
+    >>> from fastaff.runs.options import Options, plan
+    >>> options = Options(step=0.1, scheme=fa.LEAPFROG)
+    >>> plan(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], options).flow.step
     0.1
     """
 
@@ -221,7 +222,8 @@ def plan(
 
     Examples
     --------
-    >>> made = fa.flows.plan(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], fa.flows.Options(step=0.1, scheme=fa.LEAPFROG))
+    >>> from fastaff.runs.options import Options, plan
+    >>> made = plan(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], Options(step=0.1, scheme=fa.LEAPFROG))
     >>> made.flow.scheme.name, made.z.shape
     ('LEAPFROG', (4, 1))
     """
