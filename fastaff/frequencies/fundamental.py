@@ -448,19 +448,26 @@ def lines_of(f: np.ndarray, lines: int, threads: int) -> RankedLines:
     """Return the strongest lines of signals f (signals, samples), complex: places in bins, signed, error bars and sizes
     (signals, lines).
     """
+    place, strength, bar = np.zeros((3, len(f), lines))
+    arguments = *transforms_of(f, threads), APART_ORDER, place, strength, bar
+    run(loop_lines.lines_of_values, len(f), arguments, threads)
+    return RankedLines(place, bar, strength)
+
+
+def transforms_of(f: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the Fourier transforms of signals f (signals, samples), complex: windowed, and for harmonic inversion; and
+    the edges of the sums of these. See `loop_transforms.prepare_values`.
+    """
     count, n = f.shape
     size = int(band_sizes(np.array([n]))[0])
     windowed = np.empty((count, n), complex)
     sums = np.empty((count, SUMS, size), complex)
     edges = np.empty((count, 2, 3), complex)
-    found = np.zeros((3, count, lines))
-    real = [np.ascontiguousarray(f).view(float), apart_window(n), windowed.view(float), sums.view(float)]
+    real = np.ascontiguousarray(f).view(float), apart_window(n), windowed.view(float), sums.view(float)
     run(loop_transforms.prepare_values, count, (*real, edges), threads)
-    transforms = np.fft.fft(windowed, axis=-1), np.fft.fft(sums, axis=-1)
-    place, strength, bar = found
-    arguments = *transforms, edges, APART_ORDER, place, strength, bar
-    run(loop_lines.lines_of_values, count, arguments, threads)
-    return RankedLines(place, bar, strength)
+    np.fft.fft(windowed, axis=-1, out=windowed)
+    np.fft.fft(sums, axis=-1, out=sums)
+    return windowed, sums, edges
 
 
 def _place(

@@ -6,11 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .fundamental import band_sizes, run
-from .kernels import loop_transforms
+from .fundamental import run, transforms_of
 from .kernels import plane_lines as kernels
-from .kernels.loop_transforms import SUMS
-from .windows import APART_ORDER, apart_window, fast_length
+from .windows import APART_ORDER, fast_length
 
 AT_ONCE = 1 << 18
 """Samples whose transforms are made at once: they stay in the cache."""
@@ -44,21 +42,8 @@ def plane_lines(f: np.ndarray, lines: int, *, beside: bool = True) -> PlaneLines
     portion = max(1, AT_ONCE // n)
     for begin in range(0, count, portion):
         part = slice(begin, begin + portion)
-        _fill(np.ascontiguousarray(flat[part, :n], complex), place[part], bar[part], amplitude[part], beside)
+        transforms = transforms_of(np.ascontiguousarray(flat[part, :n], complex), 1)
+        arguments = *transforms, APART_ORDER, int(beside), place[part], bar[part], amplitude[part]
+        run(kernels.lines_of_planes, len(place[part]), arguments, 1)
     shape = (*f.shape[:-1], lines)
     return PlaneLines((place / n).reshape(shape), amplitude.reshape(shape), (bar / n).reshape(shape))
-
-
-def _fill(f: np.ndarray, place: np.ndarray, bar: np.ndarray, amplitude: np.ndarray, beside: bool) -> None:
-    """Fill in the lines (signals, lines) of signals f (signals, samples)."""
-    count, n = f.shape
-    size = int(band_sizes(np.array([n]))[0])
-    windowed = np.empty((count, n), complex)
-    sums = np.empty((count, SUMS, size), complex)
-    edges = np.empty((count, 2, 3), complex)
-    real = f.view(float), apart_window(n), windowed.view(float), sums.view(float)
-    run(loop_transforms.prepare_values, count, (*real, edges), 1)
-    np.fft.fft(windowed, axis=-1, out=windowed)
-    np.fft.fft(sums, axis=-1, out=sums)
-    arguments = windowed, sums, edges, APART_ORDER, int(beside), place, bar, amplitude
-    run(kernels.lines_of_planes, count, arguments, 1)

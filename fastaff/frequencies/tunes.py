@@ -499,8 +499,9 @@ def _factors(z: np.ndarray, turning: RotationAccumulator) -> np.ndarray:
 def _share(f: np.ndarray) -> np.ndarray:
     """Return the size (signals,) of the lines next to 0 of signals f (signals, samples), relative to these."""
     w = cosine_window(f.shape[1])
-    power = (f.real**2 + f.imag**2) @ w
-    return np.abs(f @ w) / np.sqrt(np.where(power > 0, power, 1.0))
+    # No product of matrices: its own threads would wait beside those that read other orbits.
+    power = ((f.real**2 + f.imag**2) * w).sum(axis=1)
+    return np.abs((f * w).sum(axis=1)) / np.sqrt(np.where(power > 0, power, 1.0))
 
 
 def _turned(f: np.ndarray, rough: np.ndarray, near: np.ndarray, planes: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -84,13 +84,16 @@ def open_band(transform, edges, samples, guess, band):
 
 
 @jit
-def read_line(band, known, u, samples, guess):
-    """Return place and error bar, in bins, and size of the line next to u in a band; the bar is inf where there is
-    none. The first `known` eigenvectors are kept out; x is the start, and becomes the line's vector.
+def read_line(band, known, u, samples, guess, steady):
+    """Return place and error bar, in bins, and the amplitude at the first sample of the line next to u in a band; the
+    bar is inf where there is none. The first `known` eigenvectors are kept out; x is the start, and becomes the line's
+    vector.
+
+    steady: change of the line, in bins, after which no iteration is needed.
     """
-    u, norm = converge(band, known, u, 2.0 * math.pi * STEADY / samples)
+    u, norm = converge(band, known, u, 2.0 * math.pi * steady / samples)
     if not abs(u) > 0.0 or not abs(norm) > 0.0:
-        return guess, math.inf, 0.0
+        return guess, math.inf, 0j
     residual = residual_of(band.overlaps, band.x, u, norm)
     along = 0j
     for j in range(band.z.size):
@@ -99,7 +102,23 @@ def read_line(band, known, u, samples, guess):
     place += samples * math.floor((guess - place) / samples + 0.5)
     growth = abs(math.log(abs(u))) / (2.0 * math.pi)
     bar = SAFETY * max(growth, residual / (4.0 * math.pi)) * samples
-    return place, (bar + ROUNDED if bar < math.inf else math.inf), abs(along * along / norm)
+    return place, (bar if bar < math.inf else math.inf), along * along / norm
+
+
+@jit
+def start_beside(band, function):
+    """Start with one function of a band alone, in x; return the quotient of its matrices, a guess of an eigenvalue."""
+    for j in range(band.z.size):
+        band.x[j] = 1.0 if j == function else 0.0
+    norm = form(band.x, band.overlaps[0])
+    return form(band.x, band.overlaps[1]) / norm if abs(norm) > 0.0 else 1.0 + 0j
+
+
+@jit
+def keep_vector(band, known):
+    """Keep x as a known eigenvector of that number."""
+    for j in range(band.z.size):
+        band.known[known, j] = band.x[j]
 
 
 @jit
@@ -121,11 +140,10 @@ def split_peak(band, guess, samples, reach, least, lines, read, begin, count):
     for function in (middle - 2, middle + 1, middle - 3, middle + 2):
         if count == lines.place.size:
             break
-        for j in range(band.z.size):
-            band.x[j] = 1.0 if j == function else 0.0
-        norm = form(band.x, band.overlaps[0])
-        u = form(band.x, band.overlaps[1]) / norm if abs(norm) > 0.0 else 1.0 + 0j
-        place, bar, size = read_line(band, known, u, samples, guess)
+        u = start_beside(band, function)
+        place, bar, amplitude = read_line(band, known, u, samples, guess, STEADY)
+        bar += ROUNDED
+        size = abs(amplitude)
         new = is_new(lines, 0, read, place) and is_new(lines, begin, count, place)
         if new and bar < 1.0 and abs(place - guess) < reach and size > least:
             lines.place[count] = place
@@ -133,8 +151,7 @@ def split_peak(band, guess, samples, reach, least, lines, read, begin, count):
             lines.bar[count] = bar
             lines.doubt[count] = WIDE
             count += 1
-            for j in range(band.z.size):
-                band.known[known, j] = band.x[j]
+            keep_vector(band, known)
             known += 1
     return count
 
@@ -147,13 +164,14 @@ def read_peaks(transform, edges, samples, first, last, lines, band):
         doubt = lines.doubt[i]
         open_band(transform, edges, samples, guess / samples, band)
         start(band.z, (samples - 3) // 2, band.x)
-        place, bar, size = read_line(band, 0, turn_of(guess / samples), samples, guess)
+        place, bar, amplitude = read_line(band, 0, turn_of(guess / samples), samples, guess, STEADY)
+        bar += ROUNDED
         lines.bar[i] = max(WIDE, 3.0 * doubt)
         if bar < WIDE and abs(place - guess) < REACH and is_new(lines, 0, i, place):
             lines.place[i] = place
             lines.bar[i] = bar
             if bar < DEFINITE:
-                lines.size[i] = size
+                lines.size[i] = abs(amplitude)
 
 
 @jit
@@ -167,10 +185,9 @@ def split_peaks(transform, edges, samples, order, split, read, minor, lines, beg
             guess = lines.place[i]
             open_band(transform, edges, samples, guess / samples, band)
             start(band.z, (samples - 3) // 2, band.x)
-            _, bar, _ = read_line(band, 0, turn_of(guess / samples), samples, guess)
+            _, bar, _ = read_line(band, 0, turn_of(guess / samples), samples, guess, STEADY)
             if bar < math.inf:
-                for j in range(band.z.size):
-                    band.known[0, j] = band.x[j]
+                keep_vector(band, 0)
                 least = minor * lines.size[0]
                 count = split_peak(band, guess, samples, order + 1.5, least, lines, read, begin, count)
     return count

@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from ...engine.jit import jit, read_now
-from .harmonic_inversion import CONVERGED, PEAK_BASIS, converge, form, new_band, residual_of, start
-from .loop_lines import REACH, SAFETY, SAME, WEAKEST, WIDE, open_band, turn_of
+from .harmonic_inversion import CONVERGED, PEAK_BASIS, new_band, start
+from .loop_lines import REACH, SAME, WEAKEST, WIDE, keep_vector, open_band, read_line, start_beside, turn_of
 from .spectrum_lines import find_peaks
 
 DOUBLE = 1e-8
@@ -23,26 +23,6 @@ EQUAL = 1e-6
 
 BROAD = 1.0
 """Error bar, in bins, from which a line is none."""
-
-
-@jit
-def read_amplitude(band, known, u, samples, guess):
-    """Return place and error bar, in bins, and the amplitude at the first sample of the line next to u in a band; the
-    bar is inf where there is none. The first `known` eigenvectors are kept out; x is the start, and becomes the line's
-    vector.
-    """
-    u, norm = converge(band, known, u, 2.0 * math.pi * CONVERGED / samples)
-    if not abs(u) > 0.0 or not abs(norm) > 0.0:
-        return guess, math.inf, 0j
-    residual = residual_of(band.overlaps, band.x, u, norm)
-    along = 0j
-    for j in range(PEAK_BASIS):
-        along += band.x[j] * band.sums[j, 0]
-    place = math.atan2(u.imag, u.real) / (2.0 * math.pi) * samples
-    place += samples * math.floor((guess - place) / samples + 0.5)
-    growth = abs(math.log(abs(u))) / (2.0 * math.pi)
-    bar = SAFETY * max(growth, residual / (4.0 * math.pi)) * samples
-    return place, (bar if bar < BROAD else math.inf), along * along / norm
 
 
 @jit
@@ -95,7 +75,7 @@ def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, beside, 
         guess = peaks[i]
         open_band(sums[unit], edges[unit], samples, guess / samples, band)
         start(band.z, (samples - 3) // 2, band.x)
-        own, width, a = read_amplitude(band, 0, turn_of(guess / samples), samples, guess)
+        own, width, a = read_line(band, 0, turn_of(guess / samples), samples, guess, CONVERGED)
         if not width < BROAD or abs(own - guess) > REACH:
             continue
         count = insert_line(lines, count, own, width, a)
@@ -103,21 +83,16 @@ def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, beside, 
             continue
         known = 1
         middle = PEAK_BASIS // 2
-        for j in range(PEAK_BASIS):
-            band.known[0, j] = band.x[j]
+        keep_vector(band, 0)
         for tried, function in enumerate((middle - 2, middle + 1, middle - 3, middle + 2)):
             # Where neither side of the peak shows a line there is none farther away.
             if tried == 2 and known == 1:
                 break
-            for j in range(PEAK_BASIS):
-                band.x[j] = 1.0 if j == function else 0.0
-            norm = form(band.x, band.overlaps[0])
-            u = form(band.x, band.overlaps[1]) / norm if abs(norm) > 0.0 else 1.0 + 0j
-            own, width, a = read_amplitude(band, known, u, samples, guess)
+            u = start_beside(band, function)
+            own, width, a = read_line(band, known, u, samples, guess, CONVERGED)
             if width < BROAD and abs(own - guess) < order + REACH and abs(a) > WEAKEST * sizes[0]:
                 count = insert_line(lines, count, own, width, a)
-                for j in range(PEAK_BASIS):
-                    band.known[known, j] = band.x[j]
+                keep_vector(band, known)
                 known += 1
     for i in range(read):
         near = False
