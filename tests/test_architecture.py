@@ -395,6 +395,15 @@ def test_the_list_of_names_is_sorted_and_true(folder):
     assert all(hasattr(folder, name) for name in names)
 
 
+def test_type_checkers_see_the_names_that_are_loaded():
+    (block,) = [node for node in tree_of(ROOT / "__init__.py").body if isinstance(node, ast.If) and node.body][:1]
+    seen = {(node.module or "", entry.name) for node in block.body for entry in node.names}
+    places = {(module, name) for module, names in fastaff._PLACES.items() for name in names}
+    assert {name for _, name in places} == {*fastaff.__all__}
+    assert places < seen
+    assert {name for _, name in seen - places} == {*fastaff._FOLDERS}
+
+
 def test_public_names_are_there_however_they_are_asked_for():
     """First of all names by attribute, by import, all at once, in two threads; unknown ones load nothing."""
     both = "from concurrent.futures import ThreadPoolExecutor as P\np = P(2)\n"

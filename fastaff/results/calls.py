@@ -1,4 +1,8 @@
-"""The call of a verb: its short forms become values, and the result keeps it."""
+"""The call of a verb: short forms of arguments become values, and the result keeps the call as plain data.
+
+An unambiguous short form becomes its value before the function is called, so that result and record are those of the
+full form. The record is written into the file of a result and is enough to run the call again.
+"""
 
 from __future__ import annotations
 

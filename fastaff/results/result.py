@@ -1,4 +1,17 @@
-"""Results of all analyses: named axes, length, items, joining, rows by name, tables, files and figures."""
+"""Results of all analyses: a field declares the axes of its array, and the rest follows from that.
+
+A result is a frozen dataclass that inherits from `Result` and declares its arrays with `along`:
+
+    @dataclass(frozen=True)
+    class Orbits(Result):
+        z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+        status: Annotated[np.ndarray, along("orbit")]
+        names: tuple[str, ...]
+
+Its items, orbits unless the class names another axis (`class Levels(Result, axis="level")`), have the last axis of
+every array that they share. The few results with items first declare that in the same way. Length, joining, rows by
+name, tables, files and figures follow.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""A running flow: states of many orbits, how far each may go, and the kernels that advance them."""
+"""A running flow: states of many orbits, how far each may go, and the kernels that advance them.
+
+First the distances beyond which orbits count as escaped and the states of running orbits; then orbits that overflow in
+a step, of which those that run away to infinity have escaped; then the arguments of kernels, the blocks of a model and
+the coefficients of a scheme; then the flow of a system by a scheme, with interruption and progress.
+"""
 
 from __future__ import annotations
 

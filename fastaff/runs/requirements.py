@@ -1,4 +1,9 @@
-"""What a call requires of a model and of its arguments, and how it refuses."""
+"""What a call requires of a model and of its arguments, and how it refuses.
+
+First the table of terms of equations that do not go with an analysis, an argument or a scheme; then derivatives of
+user-defined models, which are compared with differences at and near the initial conditions; then checks of input. Each
+check raises at once and names the argument, the value given and the values allowed.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Scales of the motion of each orbit: linear frequencies, and by a pilot run its frequency, size and energy."""
+"""Scales of the motion of each orbit, in any units and independent of other orbits.
+
+First the angular frequencies of small displacements at a phase point, from differences of forces; then, by a pilot run,
+the angular frequency, energy and size of each orbit.
+"""
 
 from __future__ import annotations
 

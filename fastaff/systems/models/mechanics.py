@@ -1,4 +1,8 @@
-"""A system: a model with its facts, and its mechanics at phase points."""
+"""A system: a model with the facts that the package depends on, and its mechanics at phase points.
+
+Facts (`Traits`) are determined once for each model. Velocities, forces and energies are those of the equations with all
+their terms.
+"""
 
 from __future__ import annotations
 
