@@ -496,7 +496,7 @@ def _said(problem: Exception) -> str:
 
 
 def _call(metadata: dict[str, Any], arrays: dict[str, np.ndarray]) -> Call | None:
-    """Return the call in the metadata as `recorded` kept it."""
+    """Return the call in the metadata as `records_call` kept it."""
     call = metadata.get("call")
     if not isinstance(call, dict):
         return None

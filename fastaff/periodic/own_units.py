@@ -83,7 +83,7 @@ class Scale(NamedTuple):
 
 
 def orbit_scale(system: System, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
-    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; |energy - H(z)| counts if it
+    """Return the own units of the orbits through z (2n, orbits), those of `MotionScales`; |energy - H(z)| counts if it
     exceeds the kinetic energy.
     """
     if not system.canonical:

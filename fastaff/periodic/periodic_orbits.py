@@ -124,16 +124,15 @@ def periodic_orbits(
 
     Notes
     -----
-    An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`Motion`): results
-    are the same in any units, for any origin and zero of V, and in any company. Where these are over a hundred times
-    the orbit that has closed, as neighbours run away, they are its own extent or the distance where the system is no
-    longer linear. All guesses take their steps together:
-    one integration with 2n tangent vectors to the crossing, located on the scheme's own flow, then a small
-    least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and energy,
-    by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A
-    step that makes the residual larger is cut to a quarter; if no part of it helps, a whole one of at most a unit is
-    taken, three times at most. Convergence is quadratic, to rounding. A relative periodic orbit of a body is a periodic
-    orbit of `fastaff.reduced`.
+    An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`MotionScales`):
+    results are the same in any units, for any origin and zero of V, and in any company. Where these are over a
+    hundred times the orbit that has closed, as neighbours run away, they are its own extent or the distance where the
+    system is no longer linear. All guesses take their steps together: one integration with 2n tangent vectors to the
+    crossing, located on the scheme's own flow, then a small least-squares system for each orbit: (M - 1) dz + f dT =
+    z - flow(z) within the tangent plane of section and energy, by singular values, those below 1e-8 of the largest
+    left out, so that orbits of a resonant torus are found too. A step that makes the residual larger is cut to a
+    quarter; if no part of it helps, a whole one of at most a unit is taken, three times at most. Convergence is
+    quadratic, to rounding. A relative periodic orbit of a body is a periodic orbit of `fastaff.reduced`.
 
     Systems dz/dt = f(z) have no energy (default scheme VERNER9): the orbits are limit cycles and cycles of strange
     attractors, with all multipliers but the 1 of the flow and no residues; own units are half of the extent of the
