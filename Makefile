@@ -52,7 +52,7 @@ races: $(VENV)/.dev  ## tests of signals, kills, threads, processes and clocks, 
 	$(BIN)/python -m pytest -p no:benchmark --durations=10 -m race
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
-	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/test_inputs.py -k calls_that_work
+	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/package/test_inputs.py -k calls_that_work
 
 coverage: $(VENV)/.dev  ## which lines of Python the tests of every change do not reach; compiled kernels have naive twins
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[coverage]"
@@ -61,13 +61,13 @@ coverage: $(VENV)/.dev  ## which lines of Python the tests of every change do no
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage report
 
-FAULTS := tests/test_inputs.py tests/test_kills.py tests/test_cli_faults.py tests/test_jobs.py tests/test_jit_cache.py \
-	tests/test_threads.py tests/test_placing.py tests/test_code_keys.py tests/test_job_seals.py tests/test_recipe.py
+FAULTS := tests/package/test_inputs.py tests/cli/test_kills.py tests/cli/test_cli_faults.py tests/jobs/test_jobs.py tests/engine/test_jit_cache.py \
+	tests/engine/test_threads.py tests/core/test_placing.py tests/engine/test_code_keys.py tests/jobs/test_job_seals.py tests/results/test_recipe.py
 
 faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1000 kills, damaged caches: an hour
 	FASTAFF_FAULTS=10 $(PYTEST) $(FAULTS)
 
-OTHERS := tests/test_cli_jobs.py tests/test_job_store.py tests/test_plot.py tests/test_formula.py
+OTHERS := tests/cli/test_cli_jobs.py tests/jobs/test_job_store.py tests/plot/test_plot.py tests/systems/test_formula.py
 
 # What is installed there may warn of its use of other packages.
 ELSEWHERE = -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark \
@@ -91,7 +91,7 @@ $(VENV)/.lowest: pyproject.toml $(VENV)/.dev
 	touch $@
 
 tools: $(VENV)/.tools  ## all tests of adapters with the packages that they read, none of which may be missing
-	FASTAFF_TOOLS=1 $(VENV)/tools/bin/python $(ELSEWHERE) tests/test_exchange_*.py
+	FASTAFF_TOOLS=1 $(VENV)/tools/bin/python $(ELSEWHERE) tests/exchange
 
 $(VENV)/.tools: pyproject.toml
 	$(PYTHON) -m venv $(VENV)/tools

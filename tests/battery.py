@@ -102,7 +102,7 @@ def moved(make, z0=Z8, **given):
 
 
 def ran(job, threads=1, memory=None, overwrite=False, executor=None, report=None, watch=None):
-    """A job at work, in memory: tests/test_jobs.py hands everything to what takes the path of a store."""
+    """A job at work, in memory: tests/jobs/test_jobs.py hands everything to what takes the path of a store."""
     return fa.run(
         job, threads=threads, memory=memory, overwrite=overwrite, executor=executor, report=report, watch=watch
     )
@@ -376,8 +376,8 @@ for _name, _make in fa.formulas.systems.SYSTEMS.items():
     CALLS.setdefault(_name, (_make, {name: value for name, value in _given.items() if isinstance(value, float | str)}))
 
 FILES = {"explore", "load", "progress", "rerun", "resume", "save"}
-"""What takes the name of a file, which tests/test_recipe.py, test_jobs.py and explorer/test_engine.py hand everything,
-and what keeps calls silent.
+"""Functions that accept a file name, tested in results/test_recipe.py, jobs/test_jobs.py and explorer/test_engine.py,
+and the one that silences calls.
 """
 
 CONTAINERS = {
@@ -415,7 +415,7 @@ PUBLIC |= {
 PUBLIC |= {name: getattr(fa.schemes, name) for name in ("Splitting", "scheme_named")}
 
 INDICATOR = {"vectors", "default", "calm", "check", "watch", "compute", "reads"}
-"""Methods of indicators that `chaos_map` and figures call: tests/test_own_indicators.py."""
+"""Methods of indicators that `chaos_map` and figures call: tests/chaos/test_own_indicators.py."""
 
 
 def discovered():

@@ -39,7 +39,7 @@ LONGEST = 1e8
 RECORDS = 32
 """Records of the growth of volumes, from which the errors of exponents follow."""
 
-# tests/test_separatrices.py holds regular orbits beside separatrices to the next three constants.
+# tests/chaos/test_separatrices.py holds regular orbits beside separatrices to the next three constants.
 
 PARTS = 8
 """Equal parts of a run over which the growth of the first tangent vector is compared."""

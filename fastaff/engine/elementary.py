@@ -4,8 +4,8 @@ Numba's own are calls for one number at a time: in a loop over lanes they cost f
 rest of it scalar too. `substitution` replaces NumPy's and Python's functions by these where models are compiled.
 
 Errors are below 1 unit in the last place, of hypot 1.2, arcsin and arccos 1.4; for sin, cos and tan this holds up to
-|x| = 1e10, and absolute errors grow to 1e-12 at 1e15 (tests/test_elementary.py). 0, infinite numbers and NaN give the
-values of IEEE 754, or NaN; e^x and powers below 3.3e-308 are 0. Without fused multiply-adds they are NumPy's.
+|x| = 1e10, and absolute errors grow to 1e-12 at 1e15 (tests/engine/test_elementary.py). 0, infinite numbers and NaN
+give the values of IEEE 754, or NaN; e^x and powers below 3.3e-308 are 0. Without fused multiply-adds they are NumPy's.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The parts of Numba and llvmlite beyond `njit` and `types`: this module alone imports them.
 
-docs/developers/numba.md says why each is used, tests/test_numba_private_parts.py that each is there as it is used.
+docs/developers/numba.md gives the reason for each. tests/engine/test_numba_private_parts.py checks that each exists.
 """
 
 import llvmlite

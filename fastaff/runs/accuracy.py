@@ -23,7 +23,7 @@ from .schemes.catalogue import Collocation
 from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, round_down_to_grid, sampled
 
-# tests/test_accuracy.py and tests/test_driven.py measure how often errors with these constants cover the truth.
+# tests/runs/test_accuracy.py and tests/runs/test_driven.py measure the coverage of errors with these constants.
 
 SHARE = 1 / 24
 """Share of the accuracy that the error expected from the trial may take. A larger share saves less in the first runs

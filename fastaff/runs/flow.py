@@ -251,7 +251,7 @@ def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))
 
 
-# tests/test_leaving.py has orbits that run away, by every scheme.
+# tests/runs/test_leaving.py has orbits that run away, by every scheme.
 
 BACK = 16
 """Steps before the overflow from which an orbit is followed again, as the last ones are spoilt."""

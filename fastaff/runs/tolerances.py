@@ -24,8 +24,7 @@ from .scales import MotionScales
 from .schemes.catalogue import VERNER9
 from .trials import SPAN
 
-# tests/test_nonseparable.py measures how often errors with these constants cover the truth, bench/nonseparable.py what
-# the runs cost.
+# tests/runs/test_nonseparable.py measures the coverage of errors with these constants, bench/nonseparable.py the cost.
 
 RADIANS = 1000.0
 """Radians of the motion up to which runs are short: beyond, errors of a scheme that is not symplectic grow faster."""

@@ -1,0 +1,331 @@
+"""The site and README: links lead to files, code runs, every public name has its place, docstrings are in numpydoc form
+with examples that run.
+"""
+
+import ast
+import doctest
+import inspect
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fastaff
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(
+    path
+    for path in [*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *(ROOT / "bench").rglob("*.md")]
+    if not {"_build", "_generated", "jupyter_execute"} & set(path.relative_to(ROOT).parts)
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def extensions():
+    """Make the site's extensions importable."""
+    sys.path.insert(0, str(DOCS / "_ext"))
+    yield
+    sys.path.remove(str(DOCS / "_ext"))
+
+
+def text_of(page):
+    """Return a page without its code."""
+    return re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(), flags=re.DOTALL)
+
+
+def slugs(page):
+    """Return the anchors of a page's headings."""
+    headings = re.findall(r"^#+ +(.*)$", text_of(page), re.MULTILINE)
+    named = re.findall(r"^\((\S+)\)=$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings} | {*named}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_between_files_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", text_of(page)):
+        if "://" in target:
+            continue
+        name, _, anchor = target.partition("#")
+        file = (page.parent / name).resolve() if name else page
+        if file.is_relative_to(DOCS / "api") and file.suffix == ".rst":
+            assert file.stem in {"index", *import_module("reference").PAGES}, target
+            continue
+        assert file.exists(), target
+        if anchor and file.suffix == ".md":
+            assert anchor in slugs(file), target
+
+
+def test_every_page_is_in_the_table_of_contents():
+    index = (DOCS / "index.md").read_text()
+    listed = [line for block in re.findall(r"```{toctree}(.*?)```", index, re.DOTALL) for line in block.split("\n")]
+    for page in DOCS.rglob("*.md"):
+        name = page.relative_to(DOCS).with_suffix("").as_posix()
+        if not name.startswith(("_", "index")):
+            assert name in listed, name
+
+
+def test_code_of_pages_is_code_that_runs():
+    """Blocks of code are cells of notebooks; others are text, and directives of the page."""
+    for page in DOCS.rglob("*.md"):
+        if "_build" in page.parts or "_generated" in page.parts:
+            continue
+        kinds = set(re.findall(r"^```(\S+)$", page.read_text(), re.MULTILINE))
+        assert kinds <= {"{code-cell}", "{toctree}", "{gallery}", "text"}, page
+        if "{code-cell}" in kinds:
+            assert page.read_text().startswith("---\nfile_format: mystnb\n"), page
+            assert f"notebook <{page.stem}.ipynb>" in page.read_text(), page
+
+
+def test_python_of_readme_runs(capsys):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    assert len(blocks) == 2
+    names = {}
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), names)
+    assert (names["cut"].status == fastaff.Status.OK).all()
+    assert names["cut"].points.shape[1] == 200
+    assert abs(names["solvable"].potential.C - 1.0) == 0
+    again = fastaff.action_angles(names["solvable"], names["later"])
+    assert abs(again.J - names["tori"].J).max() < 1e-11
+    assert "OK" in capsys.readouterr().out
+
+
+def test_commands_of_readme_run(tmp_path, monkeypatch):
+    from fastaff.cli.main import main
+
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```console\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    commands = block.strip().splitlines()
+    assert len(commands) == 3
+    assert commands[0] == "fastaff explore"  # nothing to compile, something to see
+    for command in commands:
+        program, *words = command.split()
+        assert program == "fastaff"
+        assert main(words) == 0, command
+    assert (tmp_path / "fastaff-explorer.html").exists()
+    assert (tmp_path / "fastaff-poincare.png").exists()
+    assert fastaff.files.contents(tmp_path / "fastaff-poincare.npz")
+
+
+def printed():
+    """Command lines of README, pages and the help, in blocks of text and within lines; cells run in the build."""
+    from fastaff.cli.options import HELP
+
+    found = re.findall(r"`(fastaff [^`]*)`", HELP)
+    for page in [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]:
+        if "_generated" in page.parts or "_build" in page.parts:
+            continue
+        blocks = re.findall(r"^```([^\n]*)\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
+        texts = "".join(block for kind, block in blocks if kind in ("", "text", "console"))
+        found += [line for line in texts.replace("\\\n", " ").splitlines() if line.startswith("fastaff ")]
+        found += re.findall(r"`(fastaff [^`]*)`", re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL))
+    return list(dict.fromkeys(found))
+
+
+SMALLER = [
+    (r"(--(?:axes|scan) \S+=\S+:\S+):\d+", r"\1:2"),
+    (r"--grid \S+", "--grid 3x3"),
+    (r"--time \d+", "--time 100"),
+    (r"--orbits \d+", "--orbits 4"),
+    (r"--levels \d+", "--levels 3"),
+    (r"-8:8", "-1:1"),
+    (r"K=0.2:10", "K=2:4"),
+    (r"job\.(toml|zarr)", r"map.\1"),
+]
+"""What makes a command short: its numbers of things, never its options."""
+
+
+def shortened(line):
+    """Return a command that does the same with less."""
+    for pattern, instead in SMALLER:
+        line = re.sub(pattern, instead, line)
+    command = line.split()[1]
+    if command in ("poincare", "frequency-map", "chaos-map"):
+        if not re.search("--(grid|axes|file|orbits|scan)", line):
+            line += " --grid 3x3"
+        line += " --orbits 4" * ("--scan" in line)
+        line += " --crossings 5" * (command == "poincare" and "--crossings" not in line)
+    return line
+
+
+COMPUTES = list(dict.fromkeys(shortened(line) for line in printed() if len(line.split()) > 2 and "..." not in line))
+"""Those that are whole: of the others the names are looked at."""
+
+LONG = "fastaff spectrum --m 0 --l 0 --levels 3 --scan"
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """A folder with a job, its store and starting points, as pages name them."""
+    folder = tmp_path_factory.mktemp("stored")
+    job = fastaff.Job(
+        model=fastaff.HenonHeiles(),
+        surface=fastaff.jobs.Surface(energy=0.1),
+        starts=fastaff.jobs.Starts(grid="3x3"),
+        frequency_map=fastaff.jobs.Frequencies(time=200.0),
+    )
+    (folder / "map.toml").write_text(job.text())
+    fastaff.run(job, folder / "map.zarr")
+    np.save(folder / "starts.npy", [[0.1, 0.5], [0.0, 0.2]])
+    return folder
+
+
+@pytest.mark.parametrize(
+    "line", [pytest.param(line, marks=[pytest.mark.slow] * line.startswith(LONG)) for line in COMPUTES]
+)
+def test_printed_commands_run(line, stored, tmp_path, monkeypatch):
+    """All of them, with less to compute, figures included."""
+    from fastaff.cli.main import main
+
+    there = shutil.copytree(stored, tmp_path / "there")
+    monkeypatch.chdir(there)
+    before = set(there.iterdir())
+    if "--write-job map.toml" in line:
+        (there / "map.toml").unlink()
+    words = shlex.split(line)[1:]
+    assert main(words) == 0
+    assert set(there.iterdir()) > before or words[0] in ("run", "resume", "rerun", "status") or "--write-job" in line
+
+
+def test_what_printed_commands_name_exists():
+    """Commands, targets of make, files that Python runs, and extras of the package."""
+    from fastaff.cli.application import COMMANDS
+
+    assert len(COMPUTES) > 20
+    assert {line.split()[1] for line in printed()} - {"--help", "--version", "--install-completion"} <= {*COMMANDS}
+    targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    extras = re.findall(r"^(\w+) = \[", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    for page in PAGES:
+        text = page.read_text()
+        assert {*re.findall(r"(?:^|`)make ([a-z][\w-]*)", text, re.MULTILINE)} <= {*targets}, page
+        for name in re.findall(r"(?:^|`)python ([\w/]+\.py)", text, re.MULTILINE):
+            assert (ROOT / name).exists(), (page, name)
+        for names in re.findall(r"pip install \S*\[([\w,]+)\]", text):
+            assert {*names.split(",")} <= {*extras}, (page, names)
+
+
+def test_every_public_name_is_on_one_page():
+    reference = import_module("reference")
+    entries = [entry for page in reference.PAGES.values() for entry in reference.members(page)]
+    assert len(entries) == len(set(entries))
+    listed = (DOCS / "api" / "index.rst").read_text().split()
+    assert set(reference.PAGES) <= set(listed)
+    folders = "runs frequencies sections chaos periodic tori engine jobs plot quantum"
+    folders += " systems.charts systems.models runs.schemes"
+    for folder in ("", *folders.split()):
+        module = f"fastaff.{folder}".rstrip(".")
+        own = {name for owner, name in entries if owner == module}
+        values = {id(getattr(import_module(owner), name)) for owner, name in entries}
+        for name in import_module(module).__all__:
+            assert name in own or id(getattr(import_module(module), name)) in values, f"{module}.{name}"
+
+
+OUTCOMES = ("Interrupted", "OrbitError", "Status")
+VERBS = {name: getattr(fastaff, name) for name in fastaff.__all__ if name not in OUTCOMES}
+VERBS = {name: value for name, value in VERBS.items() if callable(value)}
+VERBS |= fastaff.formulas.systems.SYSTEMS
+VERBS |= {"spectrum": fastaff.quantum.spectrum, "Stroboscopic": fastaff.models.sections.Stroboscopic}
+"""Functions and classes that are called, by name: those of `fastaff`, and a few of its folders."""
+
+
+def with_examples():
+    """All functions of the API pages, and the classes there that have an example, by their dotted names."""
+    sys.path.insert(0, str(DOCS / "_ext"))
+    reference = import_module("reference")
+    sys.path.remove(str(DOCS / "_ext"))
+    entries = [entry for page in reference.PAGES.values() for entry in reference.members(page)]
+    for module, name in entries:
+        value = getattr(import_module(module), name)
+        function = inspect.isroutine(value) or hasattr(value, "py_func")
+        if function or (inspect.isclass(value) and "Examples\n" in (value.__doc__ or "")):
+            yield f"{module}.{name}".removeprefix("fastaff."), value
+
+
+EXAMPLES = dict(with_examples())
+
+
+def sections(value):
+    """Return the sections of a docstring in numpydoc form, by title."""
+    parts = re.split(r"^(\w+)\n-+$", inspect.getdoc(value), flags=re.MULTILINE)
+    assert len(set(parts[1::2])) == len(parts) // 2
+    return dict(zip(parts[1::2], parts[2::2]))
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_public_docstrings_name_parameters_results_and_errors(name):
+    """The parameters are those of the signature in their order; sections follow one another as in numpydoc."""
+    value = VERBS[name]
+    found = sections(value)
+    order = ("Parameters", "Returns", "Raises", "Notes", "References", "Examples")
+    assert [*found] == [title for title in order if title in found]
+    entries = re.findall(r"^(\*{0,2}\w.*?) : \S", found["Parameters"], re.MULTILINE)
+    named = [one.strip().lstrip("*") for entry in entries for one in entry.split(",")]
+    assert named == [*inspect.signature(value).parameters]
+    assert "Examples" in found
+    if inspect.isfunction(value):
+        assert found["Returns"].strip()
+        assert found["Raises"].strip()
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_examples_of_public_docstrings_run(name, here):
+    """Each ends its docstring and prints what it shows, with `fa` and `np` at hand."""
+    title, text = list(sections(EXAMPLES[name]).items())[-1]
+    assert title == "Examples"
+    example = doctest.DocTestParser().get_doctest(text, {"fa": fastaff, "np": np}, name, None, None)
+    assert example.examples
+    report = []
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=report.append)
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
+    assert not report, "".join(report)
+
+
+def test_every_name_that_is_called_has_an_example_that_runs():
+    assert {id(value) for value in VERBS.values()} <= {id(value) for value in EXAMPLES.values()}
+
+
+def test_names_in_docstrings_become_links():
+    """Those that the site has; names of parameters and expressions stay code."""
+    reference = import_module("reference")
+    assert reference.index()["Orbits"] == reference.index()["runs.Orbits"] == "fastaff.runs.Orbits"
+    node = {"refdomain": "py", "reftype": "obj", "reftarget": "z0", "refdoc": "api/orbits"}
+    assert reference.resolve(None, None, node, "code") == "code"
+    assert reference.resolve(None, None, {**node, "reftype": "exc"}, "code") is None
+    assert reference.resolve(None, None, {**node, "refdomain": "std"}, "code") is None
+
+
+def test_files_of_the_repository_become_pages(tmp_path):
+    included = import_module("included")
+    source, page = tmp_path / "A.md", tmp_path / "docs" / "a.md"
+    pages = {tmp_path / "B.md": tmp_path / "docs" / "b.md"}
+    text = "[b](B.md#x) [c](docs/c.md) ![d](figures/d.png) [e](https://e.org)"
+    assert (
+        included.relinked(text, source, page, pages)
+        == "[b](b.md#x) [c](c.md) ![d](../figures/d.png) [e](https://e.org)"
+    )
+
+
+def test_a_command_that_fails_ends_the_build(capsys):
+    """What was printed until then is shown, and nothing after it runs."""
+    cells = import_module("shell_cells")
+    cells.sh("", "echo one; echo two >&2\n")
+    assert capsys.readouterr().out == "one\ntwo\n"
+    with pytest.raises(subprocess.CalledProcessError):
+        cells.sh("", "echo one\nfalse\necho two\n")
+    assert capsys.readouterr().out == "one\n"
+
+
+def test_pages_load_no_script_from_other_sites():
+    """MyST-NB loads two where code of a page makes a widget, unless it is told otherwise."""
+    conf = (DOCS / "conf.py").read_text()
+    told = [node.value for node in ast.parse(conf).body if ast.unparse(node).startswith("nb_ipywidgets_js = ")]
+    assert [ast.literal_eval(value) for value in told] == [{}]
+    assert "://" not in conf
