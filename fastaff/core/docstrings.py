@@ -1,0 +1,106 @@
+"""Parameters that many public functions share, described once and inserted into their docstrings.
+
+A line of a docstring that holds nothing but ``{name}`` stands for the entry `name` of `PARAMETERS`. The decorator
+`inserts_parameters` replaces it when the function is defined, so that ``help()`` and the site show the whole text. A
+function whose argument differs from the shared text describes it in its own docstring instead.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any] | type)
+
+PARAMETERS = {
+    "model": """
+        model : model
+            System to compute: a model of `fastaff`, a formula, a class of your own, or an object of gala, galpy,
+            heyoka, SymPy, xtrack, PyAT or MAD-X.
+        """,
+    "z0": """
+        z0 : array_like, shape (2n,) or (2n, orbits)
+            Initial conditions: coordinates, then their momenta; orbits are the last axis. An `EnergyGrid`, an
+            `EnergySample`, or an object of another package that holds phase points is accepted too.
+        """,
+    "accuracy": """
+        accuracy : float, default 1e-10
+            Requested error of the results, relative to the amplitudes of the motion. The step size of each orbit is
+            chosen for it. Not available for ODE systems and adaptive methods: use `rtol` and `atol`.
+        """,
+    "step": """
+        step : float or array_like, shape (orbits,), optional
+            Largest fixed step size, in units of time, instead of `accuracy`. For an adaptive method it is the first
+            step.
+        """,
+    "scheme": """
+        scheme : Scheme or str, optional
+            Integration method or its name, for example ``"KAHAN_LI8"`` or ``"dop853"``. Default: the method that needs
+            the fewest force evaluations for the requested accuracy.
+        """,
+    "rtol": """
+        rtol : float, default 1e-12
+            Relative tolerance of an adaptive method.
+        """,
+    "atol": """
+        atol : float, default 1e-12
+            Tolerance of an adaptive method relative to the size of each coordinate, or to its rate times the step if
+            that is larger. It does not depend on units.
+        """,
+    "energy_tolerance": """
+        energy_tolerance : float, optional
+            Relative energy error above which an orbit gets the status ``ENERGY_DRIFT``. Default: the larger of 1e-6
+            and ten times the accuracy.
+        """,
+    "threads": """
+        threads : int, optional
+            Number of threads. Default: all cores. Results do not depend on it.
+        """,
+    "callback": """
+        callback : callable, optional
+            Function that is called with the completed fraction, a float from 0 to 1.
+        """,
+    "section": """
+        section : Section or str, optional
+            Surface of section, or a short form: ``"x=0"`` is crossed upwards, ``"x=0-"`` downwards, ``"x=0+-"`` both
+            ways; ``"t=0"`` is the phase of a drive. Default: the section of `z0` if it lies on one; none for a map.
+        """,
+    "max_time": """
+        max_time : float
+            Time after which an orbit ends even if crossings are missing. Not used for maps and stroboscopic sections.
+        """,
+    "chart": """
+        chart : Chart or str, optional
+            Coordinates in which the model separates. Default: the first of those that the model has.
+        """,
+}
+"""Entries of parameter lists in numpydoc form, by the name that stands for them."""
+
+PLACEHOLDER = re.compile(r"^( *)\{(\w+)\}$", re.MULTILINE)
+"""A line that is replaced: its indentation and the name of the entry."""
+
+
+def inserts_parameters(function: F) -> F:
+    """Replace the lines ``{name}`` of a docstring by the entries of `PARAMETERS`.
+
+    Parameters
+    ----------
+    function : callable
+        Function or class. Without a docstring, as under ``python -OO``, it stays as it is.
+
+    Returns
+    -------
+    callable
+        The same object.
+    """
+
+    def entry(found: re.Match[str]) -> str:
+        indentation, name = found.groups()
+        lines = inspect.cleandoc(PARAMETERS[name]).splitlines()
+        return "\n".join(indentation + line if line else line for line in lines)
+
+    if function.__doc__ is not None:
+        function.__doc__ = PLACEHOLDER.sub(entry, function.__doc__)
+    return function
