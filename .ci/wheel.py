@@ -69,7 +69,7 @@ def calls() -> None:
     potentials = fa.Harmonic(), fa.Anharmonic(), fa.Hyperelastic(), fa.NeoHookean(), fa.HeavyTop()
     deformed, plane = [1.5, 0, 0.3, 0, 0, 0.2, 0.1, 0.3], [0.0, 0.1, 0.4, 0.14]
     systems = [(fa.Body(potential), deformed, fa.AlphaTurning()) for potential in potentials]
-    for model, start, section in [*systems, (fa.HenonHeiles(), plane, fa.Linear((1, 0, 0, 0)))]:
+    for model, start, section in [*systems, (fa.HenonHeiles(), plane, fa.Hyperplane((1, 0, 0, 0)))]:
         for z0 in (np.array(start), np.outer(start, np.linspace(1.0, 1.01, 20))):
             loose = {"accuracy": 1e-4, "energy_tolerance": 1.0}
             fa.integrate(model, z0, time=2.0, samples=2, **loose)

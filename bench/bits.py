@@ -31,11 +31,11 @@ TIME = {"time": 100.0}
 
 def systems() -> Iterator[tuple[str, Any, np.ndarray, Any]]:
     """Return systems of the other kinds, by name: the model, starts, and a section (None: each iterate)."""
-    plane = fa.Linear((1.0, 0.0, 0.0, 0.0))
+    plane = fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     quartic = "(x**2 + y**2)/2 + x**2*y**2 - 0.1*y**3"
     yield "potential", fa.hamiltonian(quartic), Z4, plane
     yield "turning", fa.hamiltonian(quartic, rotation=0.3), Z4, plane
-    driven = fa.hamiltonian("x**2/2 + x**4/4 + 0.3*x*cos(t)", coordinates="x", period="2*pi")
+    driven = fa.hamiltonian("x**2/2 + x**4/4 + 0.3*x*cos(t)", coordinates="x", drive_period="2*pi")
     yield "driven", driven, Z2, Stroboscopic(0.7)
     yield "damped", fa.hamiltonian(quartic, friction=0.01), Z4, plane
     yield "map", fa.models.HenonMap(0.2054), 0.3 * Z2, None

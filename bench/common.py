@@ -7,7 +7,7 @@ import time
 import numba
 import numpy as np
 
-from fastaff import AlphaTurning, Body, HenonHeiles, Linear, NeoHookean, energy_grid
+from fastaff import AlphaTurning, Body, HenonHeiles, Hyperplane, NeoHookean, energy_grid
 
 ORBITS = 4096
 SAMPLES, SIGNALS = 8192, 1000
@@ -24,7 +24,7 @@ def hyperelastic_orbits(orbits: int = ORBITS) -> np.ndarray:
 def henon_heiles_orbits(orbits: int = 1024) -> np.ndarray:
     """Return z0 (4, orbits) on x = 0 at E = 1/8, a random choice of a grid (seed 0)."""
     axes = (np.linspace(-0.4, 0.6, 60), np.linspace(-0.45, 0.45, 60))
-    z0 = energy_grid(HenonHeiles(), energy=1 / 8, section=Linear((1.0, 0.0, 0.0, 0.0)), axes=axes).z0
+    z0 = energy_grid(HenonHeiles(), energy=1 / 8, section=Hyperplane((1.0, 0.0, 0.0, 0.0)), axes=axes).z0
     return np.ascontiguousarray(z0[:, np.random.default_rng(0).choice(z0.shape[1], orbits, replace=False)])
 
 
@@ -33,7 +33,7 @@ def mixed_orbits(each: int) -> np.ndarray:
     axes = (np.linspace(-0.45, 0.9, 60), np.linspace(-0.55, 0.55, 60))
     rng, parts = np.random.default_rng(3), []
     for energy in (1 / 12, 1 / 8, 1 / 7, 1 / 6.2):
-        z0 = energy_grid(HenonHeiles(), energy=energy, section=Linear((1.0, 0.0, 0.0, 0.0)), axes=axes).z0
+        z0 = energy_grid(HenonHeiles(), energy=energy, section=Hyperplane((1.0, 0.0, 0.0, 0.0)), axes=axes).z0
         parts.append(z0[:, rng.choice(z0.shape[1], each, replace=False)])
     return np.concatenate(parts, axis=1)
 

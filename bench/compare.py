@@ -29,7 +29,7 @@ def calls() -> dict:
     from fastaff.frequencies.naff import naff
 
     body, neo, plane = fa.Body(fa.Hyperelastic(1.0), 1.0), fa.Body(fa.NeoHookean()), fa.HenonHeiles()
-    turning, axis = fa.AlphaTurning(+1), fa.Linear((1, 0, 0, 0))
+    turning, axis = fa.AlphaTurning(+1), fa.Hyperplane((1, 0, 0, 0))
     rng = np.random.default_rng(1)
     z = np.zeros((8, 4096))
     z[0], z[2] = 1.5, 0.3
@@ -73,9 +73,9 @@ def calls() -> dict:
     small = 0.2 * rng.standard_normal((4, 1024))
     for title, text in FUNCTIONS.items():
         if "y" in text:
-            model, z0, crossed = fa.hamiltonian(text), small, fa.Linear((0, 0, 1, 0))
+            model, z0, crossed = fa.hamiltonian(text), small, fa.Hyperplane((0, 0, 1, 0))
         else:
-            model, z0, crossed = fa.hamiltonian(text, coordinates="x"), small[::2], fa.Linear((0, 1))
+            model, z0, crossed = fa.hamiltonian(text, coordinates="x"), small[::2], fa.Hyperplane((0, 1))
         for name, run in {
             "integrate, step": lambda model=model, z0=z0: fa.integrate(model, z0, time=20.0, step=0.05),
             "integrate, accuracy": lambda model=model, z0=z0: fa.integrate(model, z0, time=20.0),

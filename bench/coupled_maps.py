@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import fastaff as fa
-from fastaff.frequencies import FrequencyKind
+from fastaff import Classification
 
 RESONANCES = ((1, 1), (3, 2), (2, 1), (3, 1))  # (q, p) with |q nu_1 -+ p nu_2| T, modulo 1, log-uniform in NEAR
 CELLS = ("generic", *(f"{q}:{p}" for q, p in RESONANCES))
@@ -40,7 +40,7 @@ class MapCase:
     @property
     def model(self):
         """The map; its text compiles once."""
-        return fa.mapping(TEXT, coordinates="x, y", momenta="p_x, p_y", **self.parameters)
+        return fa.iterated_map(TEXT, coordinates="x, y", momenta="p_x, p_y", **self.parameters)
 
     def samples(self):
         """Return the samples (4, orbits, turns) in closed form."""
@@ -107,21 +107,21 @@ class MapJudged:
     case: MapCase
     call: str
     ratio: np.ndarray
-    kind: np.ndarray
+    classification: np.ndarray
     wrong: np.ndarray
     needless: np.ndarray
 
 
 def map_judged(case: MapCase, call: str, threads=None, rounding=3e-15) -> MapJudged:
-    """Return whether the result of a call is true: the tunes of INDEPENDENT orbits are those of both maps, in either
-    order and sense; DEPENDENT is wrong where no |k_i| <= 6 has |k . nu| T <= 1e-9, modulo 1.
+    """Return whether the result of a call is true: the tunes of REGULAR orbits are those of both maps, in either
+    order and sense; RESONANT is wrong where no |k_i| <= 6 has |k . nu| T <= 1e-9, modulo 1.
     """
     if call == "tunes":
         found = fa.tunes(case.samples(), threads=threads)
     else:
         found = fa.frequency_map(case.model, case.z0, time=case.turns, threads=threads)
-    kind = np.where(found.status == 0, found.kind, -1)
-    own = kind == FrequencyKind.INDEPENDENT
+    kind = np.where(found.status == 0, found.classification, -1)
+    own = kind == Classification.REGULAR
     orders = []
     for order in itertools.permutations(range(2)):
         off = np.minimum(from_whole(found.nu - case.nu[list(order)]), from_whole(found.nu + case.nu[list(order)]))
@@ -130,9 +130,9 @@ def map_judged(case: MapCase, call: str, threads=None, rounding=3e-15) -> MapJud
     k = np.array([k for k in itertools.product(range(-6, 7), repeat=2) if any(k)])
     beats = from_whole(k @ case.nu) * case.turns
     locked, slow = (beats <= 1e-9).any(axis=0), (beats[np.abs(k).sum(axis=1) <= 6] < 1.5).any(axis=0)
-    wrong = (own & ((ratio > 1) | locked)) | ((kind == FrequencyKind.DEPENDENT) & ~locked)
-    wrong |= kind == FrequencyKind.IRREGULAR
-    return MapJudged(case, call, ratio, kind, wrong, (kind == FrequencyKind.UNDECIDED) & ~slow)
+    wrong = (own & ((ratio > 1) | locked)) | ((kind == Classification.RESONANT) & ~locked)
+    wrong |= kind == Classification.IRREGULAR
+    return MapJudged(case, call, ratio, kind, wrong, (kind == Classification.UNDECIDED) & ~slow)
 
 
 def map_results(seed: int, orbits: int, turns=TURNS, threads=None, group=10) -> list[MapJudged]:

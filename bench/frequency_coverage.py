@@ -3,9 +3,9 @@ and close to them: `python bench/frequency_coverage.py`, with --quick in two min
 
 Each group of orbits is one model with parameters, units and offsets drawn at random; the lines of its table count
 
-- within error: INDEPENDENT orbits whose nu are M nu_true within `error`, M a unimodular matrix of integers |k| <= 4;
+- within error: REGULAR orbits whose nu are M nu_true within `error`, M a unimodular matrix of integers |k| <= 4;
   the worst ratio of the difference to the error is beside them, and orbits that are not within are wrong;
-- DEPENDENT, which is wrong where no |k| <= 6 has |k . nu_true| <= 1e-9/T, and IRREGULAR, which is always wrong here;
+- RESONANT, which is wrong where no |k| <= 6 has |k . nu_true| <= 1e-9/T, and IRREGULAR, which is always wrong here;
 - UNDECIDED, which is never wrong, but needless where no |k|_1 <= 6 (p + q near the resonance q:p, if that is more) has
   |k . nu_true| T < 1.5.
 
@@ -27,7 +27,7 @@ from pages import put
 from scipy.special import ellipk, ellipkm1
 
 import fastaff as fa
-from fastaff.frequencies import FrequencyKind
+from fastaff import Classification
 
 RESONANCES = ((1, 1), (2, 1), (3, 1), (4, 1), (3, 2), (4, 3))  # (q, p) with |q nu_1 - p nu_2| T log-uniform in NEAR
 CELLS = ("generic", *(f"{q}:{p}" for q, p in RESONANCES))
@@ -350,7 +350,7 @@ def rotors(rng, n, m):
         swings, turns = WELLS["pendulum"][3](np.minimum(e, 1.99)), WELLS["rotor"][3](np.maximum(e, 2.01))
         return w[:, None] / (2 * np.pi) * np.where(e > 2, turns / folds[:, None], swings)
 
-    return Family(text, parameters, start, truth, {"periods": dict.fromkeys(names, "2*pi")})
+    return Family(text, parameters, start, truth, {"periodic": dict.fromkeys(names, "2*pi")})
 
 
 def foucault(rng, m):
@@ -549,8 +549,8 @@ class Judged:
 
     case: Case
     found: fa.FrequencyMap
-    ratio: np.ndarray  # NaN of orbits that are not INDEPENDENT
-    kind: np.ndarray  # -1 of orbits that are not OK
+    ratio: np.ndarray  # NaN of orbits that are not REGULAR
+    classification: np.ndarray  # -1 of orbits that are not OK
     wrong: np.ndarray
     needless: np.ndarray
 
@@ -558,31 +558,34 @@ class Judged:
 def judged(case: Case, threads=None) -> Judged:
     """Return the result of `frequency_map` for a case, and whether it is true."""
     found = fa.frequency_map(case.model, case.z0, time=case.time, threads=threads, **case.options)
-    kind = np.where(found.status == 0, found.kind, -1)
-    n, own = len(case.nu), kind == FrequencyKind.INDEPENDENT
+    kind = np.where(found.status == 0, found.classification, -1)
+    n, own = len(case.nu), kind == Classification.REGULAR
     ratio = np.full(kind.size, np.nan)
     ratio[own] = ratios(found.nu[:, own], found.error[:, own], case.nu[:, own])
     locked = np.abs(combinations(n, ORDER) @ case.nu).min(axis=0) * case.time <= 1e-9
     order = ORDER if case.cell == "generic" else max(ORDER, sum(map(int, case.cell.split(":"))))
     slow = np.abs(combinations(n, order, order) @ case.nu).min(axis=0) * case.time < 1.5
-    wrong = ((ratio > 1) | (own & locked)) | ((kind == FrequencyKind.DEPENDENT) & ~locked)
-    wrong |= kind == FrequencyKind.IRREGULAR
-    return Judged(case, found, ratio, kind, wrong, (kind == FrequencyKind.UNDECIDED) & ~slow)
+    wrong = ((ratio > 1) | (own & locked)) | ((kind == Classification.RESONANT) & ~locked)
+    wrong |= kind == Classification.IRREGULAR
+    return Judged(case, found, ratio, kind, wrong, (kind == Classification.UNDECIDED) & ~slow)
 
 
-HEAD = ("orbits", "within error (%)", "worst ratio", "independent (%)", "undecided (%)", "dependent (%)")
-HEAD += ("irregular (%)", "wrong: independent", "dependent", "irregular", "needless undecided", "not OK")
+HEAD = ("orbits", "within error (%)", "worst ratio", "regular (%)", "undecided (%)", "resonant (%)")
+HEAD += ("irregular (%)", "wrong: regular", "resonant", "irregular", "needless undecided", "not OK")
 
 
 def row(group: list[Judged]) -> list[str]:
     """Return the cells of one line."""
-    kind, wrong, ratio = (np.concatenate([getattr(j, a) for j in group]) for a in ("kind", "wrong", "ratio"))
-    own, kinds = kind == FrequencyKind.INDEPENDENT, FrequencyKind
+    kind, wrong, ratio = (np.concatenate([getattr(j, a) for j in group]) for a in ("classification", "wrong", "ratio"))
+    own = kind == Classification.REGULAR
     shown = [f"{kind.size:,}"]
     shown += [f"{100 * np.mean(ratio[own] <= 1):.2f}", f"{ratio[own].max():.3g}"] if own.any() else ["", ""]
-    for k in (kinds.INDEPENDENT, kinds.UNDECIDED, kinds.DEPENDENT, kinds.IRREGULAR):
+    for k in (Classification.REGULAR, Classification.UNDECIDED, Classification.RESONANT, Classification.IRREGULAR):
         shown.append(f"{100 * np.mean(kind == k):.1f}")
-    shown += [str((wrong & (kind == k)).sum()) for k in (kinds.INDEPENDENT, kinds.DEPENDENT, kinds.IRREGULAR)]
+    shown += [
+        str((wrong & (kind == k)).sum())
+        for k in (Classification.REGULAR, Classification.RESONANT, Classification.IRREGULAR)
+    ]
     return [*shown, str(sum(j.needless.sum() for j in group)), str((kind < 0).sum())]
 
 
@@ -624,11 +627,11 @@ def shown(results: list[Judged], count: int) -> str:
     """Return the worst orbits of each kind, so that they can be run again."""
     said = []
     for name, score in {
-        "INDEPENDENT, wrong": lambda j: np.where(j.wrong & (j.kind == FrequencyKind.INDEPENDENT), j.ratio, 0),
-        "DEPENDENT, wrong": lambda j: (j.wrong & (j.kind == FrequencyKind.DEPENDENT)) * j.case.periods,
-        "IRREGULAR": lambda j: (j.kind == FrequencyKind.IRREGULAR) * j.case.periods,
+        "REGULAR, wrong": lambda j: np.where(j.wrong & (j.classification == Classification.REGULAR), j.ratio, 0),
+        "RESONANT, wrong": lambda j: (j.wrong & (j.classification == Classification.RESONANT)) * j.case.periods,
+        "IRREGULAR": lambda j: (j.classification == Classification.IRREGULAR) * j.case.periods,
         "UNDECIDED, needless": lambda j: j.needless * j.case.periods,
-        "not OK": lambda j: (j.kind < 0) * j.case.periods,
+        "not OK": lambda j: (j.classification < 0) * j.case.periods,
     }.items():
         worst = [(s, j, i) for j in results for i, s in enumerate(score(j)) if s > 0]
         for _, j, i in sorted(worst, key=lambda w: -w[0])[:count]:
@@ -651,7 +654,7 @@ def checked(threads=None) -> str:
     for case in cases(12, periods=(1000,), orbits=GROUP):
         if case.cell == "generic":
             j = judged(case, threads)
-            own = j.kind == FrequencyKind.INDEPENDENT
+            own = j.classification == Classification.REGULAR
             size = np.abs(case.nu[:, own]).max(axis=0)
             # With errors of 1 the ratio is the difference itself.
             far = ratios(j.found.nu[:, own] / size, np.ones_like(j.found.nu[:, own]), case.nu[:, own] / size)

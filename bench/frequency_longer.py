@@ -2,7 +2,7 @@
 the table of docs/guarantees.md.
 
 Parameters, units and starts are drawn at random. The frequencies of orbits over T are held against those over LONGER
-times T, where orbits are INDEPENDENT over both: those of a chaotic orbit change with the time.
+times T, where orbits are REGULAR over both: those of a chaotic orbit change with the time.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from frequency_coverage import ratios
 from pages import put
 
 import fastaff as fa
-from fastaff.frequencies import FrequencyKind
+from fastaff import Classification
 
 LONGER, ORBITS, SEEDS = 8, 100, 10
 
@@ -81,7 +81,7 @@ SYSTEMS = {
 def compared(model, z0, time):
     """Return the ratios of the differences to the errors, of the orbits that are compared."""
     brief, longer = (fa.frequency_map(model, z0, time=t) for t in (time, LONGER * time))
-    own = (brief.kind == FrequencyKind.INDEPENDENT) & (longer.kind == FrequencyKind.INDEPENDENT)
+    own = (brief.classification == Classification.REGULAR) & (longer.classification == Classification.REGULAR)
     nu, error, truth = (a[:, own] for a in (brief.nu, brief.error + longer.error, longer.nu))
     m = 2 if brief.names[-1] == "psi" else len(nu)  # the planes of a body have frequencies of their own
     return np.max([ratios(nu[:m], error[:m], truth[:m]), *(np.abs(nu - truth) / error)[m:]], axis=0)

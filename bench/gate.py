@@ -41,7 +41,7 @@ from fastaff import (
     Body,
     HenonHeiles,
     Hyperelastic,
-    Linear,
+    Hyperplane,
     chaos_map,
     frequency_map,
     integrate,
@@ -51,7 +51,7 @@ from fastaff.engine.threads import available_threads
 from fastaff.frequencies.naff import naff
 
 BODY, PLANE = Body(Hyperelastic(1.0), 1.0), HenonHeiles()
-AXIS = Linear((1, 0, 0, 0))
+AXIS = Hyperplane((1, 0, 0, 0))
 TIME, STEP = 100.0, 0.05
 ATTEMPTS = 3
 

@@ -1,8 +1,8 @@
 """Peak memory and speed of a job against its number of orbits: `python bench/job_memory.py 10000 100000 1000000`.
 
 Each number runs in a process of its own: a frequency map of Hénon-Heiles on a square grid, into a store in a temporary
-folder, and the plain call on the same orbits where these are few. A job is stopped after `UNITS` units, once the memory
-of a unit has been taken many times; by then a job has taken the memory for all its points.
+folder, and the plain call on the same orbits where these are few. A job is stopped after `CHUNKS` chunks, once the
+memory of a chunk has been taken many times; by then a job has taken the memory for all its points.
 """
 
 import json
@@ -15,12 +15,12 @@ import time
 from pathlib import Path
 
 import fastaff as fa
-from fastaff.jobs import Frequencies, Job, Starts, Surface, launch
+from fastaff.jobs import EnergySurface, FrequencyOptions, InitialConditions, Job, launch
 
 PLAIN = 100_000
 """Points up to which the plain call is made too."""
 
-UNITS = 12
+CHUNKS = 12
 """Units of a job that are computed."""
 
 
@@ -29,15 +29,15 @@ def job(points):
     side = math.isqrt(points)
     return Job(
         model=fa.HenonHeiles(),
-        surface=Surface(energy=0.1),
-        starts=Starts(grid=f"{side}x{side}"),
-        frequency_map=Frequencies(time=60.0),
+        energy_surface=EnergySurface(energy=0.1),
+        initial_conditions=InitialConditions(grid=f"{side}x{side}"),
+        frequency_map=FrequencyOptions(time=60.0),
     )
 
 
 def some_units(one, path):
-    """Compute the first units of a job."""
-    left = [UNITS]
+    """Compute the first chunks of a job."""
+    left = [CHUNKS]
 
     def stop(*_):
         left[0] -= 1
@@ -45,7 +45,7 @@ def some_units(one, path):
             raise KeyboardInterrupt
 
     try:
-        return fa.run(one, path, memory=256 * 2**20, watch=stop)
+        return fa.run(one, path, memory=256 * 2**20, on_chunk=stop)
     except fa.Interrupted as stopped:
         return stopped.partial
 
@@ -68,13 +68,13 @@ def measured(points, how):
             found = some_units(one, Path(folder) / "map.zarr")
             seconds = time.perf_counter() - start
             orbits = sum(found.counts()["frequency_map"].values())
-            unit = max(entry.orbits for entry in found.units)
+            chunk = max(entry.orbits for entry in found.chunks)
     else:
         plan = one.plan()
         z0 = launch.whole(plan.launch)[0]
-        fa.frequency_map(plan.body, z0, time=60.0)
-        seconds, orbits, unit = time.perf_counter() - start, z0.shape[1], 0
-    found = {"orbits": orbits, "seconds": seconds, "before_MiB": before, "peak_MiB": peak(), "unit": unit}
+        fa.frequency_map(plan.model, z0, time=60.0)
+        seconds, orbits, chunk = time.perf_counter() - start, z0.shape[1], 0
+    found = {"orbits": orbits, "seconds": seconds, "before_MiB": before, "peak_MiB": peak(), "chunk": chunk}
     print(json.dumps(found))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 import fastaff as fa
 
-HH, X = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
+HH, X = fa.HenonHeiles(), fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
 CALLS = {
     "integrate, step": (400_000, lambda z: fa.integrate(HH, z, time=5.0, step=0.1)),
     "integrate, accuracy": (200_000, lambda z: fa.integrate(HH, z, time=5.0, accuracy=1e-8)),

@@ -94,7 +94,7 @@ def henon_heiles(random: np.random.Generator) -> list[Orbit]:
     model = fa.HenonHeiles()
     starts = fa.energy_sample(model, energy=0.07, section="x=0", orbits=2 * ORBITS, seed=int(random.integers(99))).z0
     long = fa.frequency_map(model, starts, time=25000.0, accuracy=1e-13)
-    good = np.flatnonzero((long.kind == fa.frequencies.FrequencyKind.INDEPENDENT) & (long.error < 1e-12).all(axis=0))
+    good = np.flatnonzero((long.classification == fa.Classification.REGULAR) & (long.error < 1e-12).all(axis=0))
     good = good[:ORBITS]
     time = float(COUNTS[-1])
     path = fa.integrate(model, starts[:, good], time=time, samples=COUNTS[-1], accuracy=1e-13).samples

@@ -17,19 +17,19 @@ from fastaff import (
     MEGNO,
     OFLI,
     SALI,
-    BirkhoffDigits,
     FrequencyDiffusion,
     HenonHeiles,
     Lyapunov,
     ReversibilityError,
-    ZeroOne,
+    WeightedBirkhoff,
+    ZeroOneTest,
     chaos_map,
     integrate,
     tangent_map,
 )
 from fastaff.systems.models.mechanics import system_of
 
-ALL = (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI(), GALI(2), BirkhoffDigits(), ZeroOne(), FrequencyDiffusion())
+ALL = (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI(), GALI(2), WeightedBirkhoff(), ZeroOneTest(), FrequencyDiffusion())
 """All that take two tangent vectors or none."""
 
 SETS = {
@@ -83,7 +83,7 @@ def test_multiples_of_an_integration(numbers, name):
     runs = {"integrate": lambda: integrate(model, z0, **run)}
     for count in range(2, size + 1, 2):
         vectors = np.eye(size)[:count]
-        runs[f"{count} vectors"] = lambda vectors=vectors: tangent_map(model, z0, deviations=vectors, **run)
+        runs[f"{count} vectors"] = lambda vectors=vectors: tangent_map(model, z0, deviation_vectors=vectors, **run)
     for key, chosen in SETS.items():
         runs[key] = lambda chosen=chosen: chaos_map(model, z0, indicators=chosen, **run)
     found, cost = alternating(runs, repeats=2)

@@ -30,7 +30,7 @@ where that has one degree of freedom; the natural potential."""
 def test_as_fast_as_a_natural_system(numbers, name):
     """Steps/s of both, in turns, and the energy errors after 250 steps: at least 0.8 of the natural one's."""
     text, other, natural = PAIRS[name]
-    driven = hamiltonian(text.format(t="t"), coordinates="x", period="2*pi", a=0.05)
+    driven = hamiltonian(text.format(t="t"), coordinates="x", drive_period="2*pi", a=0.05)
     plain = hamiltonian(natural.format(t=other), coordinates="x" if other is None else "x y", a=0.05)
     rng = np.random.default_rng(1)
     z0 = {"driven": np.array([rng.uniform(-1, 1, ORBITS), rng.uniform(-0.5, 0.5, ORBITS)])}
@@ -92,7 +92,7 @@ def test_beside_heyoka(numbers, name):
             end[:, i : i + width] = peer.state
         return end
 
-    model = hamiltonian(text, coordinates="x", period="2*pi/w", a=a, w=w)
+    model = hamiltonian(text, coordinates="x", drive_period="2*pi/w", a=a, w=w)
     ours = lambda **how: integrate(model, z0, time=time, **how)  # noqa: E731
     runs = {
         f"fastaff {scheme.name} {step}": lambda scheme=scheme, step=step: ours(scheme=scheme, step=step).z[[0, 2]]

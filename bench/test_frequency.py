@@ -16,17 +16,17 @@ from fastaff import (
     AlphaTurning,
     Anharmonic,
     Body,
+    Classification,
     Harmonic,
     HeavyTop,
     HenonHeiles,
     Hyperelastic,
-    Linear,
+    Hyperplane,
     NeoHookean,
     energy_grid,
     frequency_map,
     integrate,
 )
-from fastaff.frequencies import FrequencyKind
 
 ORBITS, TIME = 1000, 200 * np.pi
 CASES = [(Harmonic(), 0.1), (Anharmonic(), 0.02), (Hyperelastic(), 0.01), (HeavyTop(1.0, 0.5), 0.01)]
@@ -66,7 +66,7 @@ def test_against_quadrature(numbers, potential, step):
         within=(error <= 1e-11).mean(),
         median_error=np.median(error),
         covered=(error <= np.maximum(estimate, 1e-11)).mean(),
-        undecided=(found.kind == FrequencyKind.UNDECIDED).mean(),
+        undecided=(found.classification == Classification.UNDECIDED).mean(),
         seconds=elapsed,
     )
 
@@ -77,7 +77,7 @@ def grids():
     axes = [np.linspace(0.05, 1.2, 60), np.linspace(-1.4, 1.4, 45)]
     orbits = energy_grid(body, energy=1.5, section=AlphaTurning(1), axes=axes, p_eta=0.3, p_gamma=0.2).z0
     axes = [np.linspace(-0.4, 0.6, 40), np.linspace(-0.45, 0.45, 40)]
-    plane = energy_grid(cubic, energy=1 / 8, section=Linear(normal=(1, 0, 0, 0)), axes=axes).z0
+    plane = energy_grid(cubic, energy=1 / 8, section=Hyperplane(normal=(1, 0, 0, 0)), axes=axes).z0
     return {
         "neo-Hookean, E = 1.5": (body, orbits[:, :1106], 400.0, 0.04),
         "Henon-Heiles, E = 1/8": (cubic, plane[:, :1106], 1000.0, 0.1),
@@ -95,7 +95,7 @@ def test_multiples_of_the_integration(numbers, name):
     }
     results, cost = alternating(runs, repeats=2)
     found = results["default"]
-    own = found.kind == FrequencyKind.INDEPENDENT
+    own = found.classification == Classification.REGULAR
     relative = found.error[:, own].max(axis=0) / np.abs(found.nu[:, own]).max(axis=0)
     numbers.update(
         orbits=z0.shape[1],

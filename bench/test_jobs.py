@@ -9,21 +9,32 @@ import pytest
 from job_scaling import measured_overhead
 
 import fastaff as fa
-from fastaff.jobs import Frequencies, Job, Motion, Poincare, Starts, Surface, launch
+from fastaff.jobs import (
+    EnergySurface,
+    FrequencyOptions,
+    InitialConditions,
+    IntegrateOptions,
+    Job,
+    PoincareOptions,
+    launch,
+)
 
 SIDE = 240
 """Cells along each axis: some 44,000 orbits."""
 
 ANALYSES = {
-    "poincare": {"poincare": Poincare(crossings=20)},
-    "integrate": {"integrate": Motion(time=1000.0)},
-    "frequency_map": {"frequency_map": Frequencies(time=200.0)},
+    "poincare": {"poincare": PoincareOptions(crossings=20)},
+    "integrate": {"integrate": IntegrateOptions(time=1000.0)},
+    "frequency_map": {"frequency_map": FrequencyOptions(time=200.0)},
 }
 
 
 def job(side=SIDE, **analyses):
     """A job of Hénon-Heiles over a grid."""
-    start = {"surface": Surface(energy=0.125), "starts": Starts(grid=f"{side}x{side}")}
+    start = {
+        "energy_surface": EnergySurface(energy=0.125),
+        "initial_conditions": InitialConditions(grid=f"{side}x{side}"),
+    }
     return Job(model=fa.HenonHeiles(), **start, **analyses)
 
 
@@ -41,10 +52,10 @@ def test_a_job_beside_the_plain_call(numbers, tmp_path, name):
     plan = one.plan()
     fa.run(job(8, **ANALYSES[name]), tmp_path / "warm.zarr")
     analysis = plan.analyses[name]
-    settled = analysis.resolve_defaults(plan.few(), one.run)
+    settled = analysis.resolve_defaults(plan.few(), one.options)
     plain, stored, whole = [], [], launch.whole(plan.launch)[0]
     for k in range(2):
-        taken, alone = seconds(lambda: analysis.compute(plan.few()._replace(z0=whole), settled, one.run))
+        taken, alone = seconds(lambda: analysis.compute(plan.few()._replace(z0=whole), settled, one.options))
         plain.append(taken)
         taken, found = seconds(lambda k=k: fa.run(one, tmp_path / f"{k}.zarr"))
         stored.append(taken)
@@ -52,11 +63,11 @@ def test_a_job_beside_the_plain_call(numbers, tmp_path, name):
     for field in ("z", "points", "nu"):
         if hasattr(result, field):
             assert np.array_equal(getattr(result, field), getattr(alone, field), equal_nan=True)
-    units = max(unit.number for unit in found.units) + 1
+    chunks = max(chunk.number for chunk in found.chunks) + 1
     numbers.update(
         analysis=name,
         orbits=len(result),
-        units=units,
+        chunks=chunks,
         plain=min(plain),
         job=min(stored),
         ratio=min(stored) / min(plain),
@@ -72,13 +83,13 @@ def test_memory(numbers, points, how):
 def test_workers_beside_threads(numbers, tmp_path):
     """Two dask workers of one thread each, on this machine, beside one process of two threads."""
     distributed = pytest.importorskip("distributed")
-    one = job(SIDE, integrate=Motion(time=1000.0))
+    one = job(SIDE, integrate=IntegrateOptions(time=1000.0))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of ports that are taken
         cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
     with cluster, distributed.Client(cluster) as client:
         executor = client.get_executor()
-        warm = job(24, integrate=Motion(time=1000.0))
+        warm = job(24, integrate=IntegrateOptions(time=1000.0))
         fa.run(warm, tmp_path / "warm.zarr")
         fa.run(warm, tmp_path / "warm-dask.zarr", executor=executor)
         alone, shared = [], []

@@ -6,13 +6,22 @@ import cold
 import numpy as np
 import pytest
 
-from fastaff import KAHAN_LI8, SOFRONIOU_SPALETTA10, Body, HenonHeiles, Hyperelastic, Linear, integrate, poincare_map
+from fastaff import (
+    KAHAN_LI8,
+    SOFRONIOU_SPALETTA10,
+    Body,
+    HenonHeiles,
+    Hyperelastic,
+    Hyperplane,
+    integrate,
+    poincare_map,
+)
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8
 
 CALLS = 200
 HENON_HEILES, START = HenonHeiles(), np.array([0.0, 0.1, 0.35, 0.1])
 BODY, STRETCHED = Body(Hyperelastic(C=1.0)), np.array([1.5, 0.1, 0.3, 0.0, 0.1, 0.3, 0.2, 0.1])
-X = Linear((1, 0, 0, 0))
+X = Hyperplane((1, 0, 0, 0))
 
 
 RUNS = {

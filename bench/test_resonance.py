@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from common import best
 
+from fastaff import Classification
 from fastaff.frequencies.resonances import resonances, vectors
-from fastaff.sections.islands import SectionKind, islands, rotation_number
+from fastaff.sections.islands import islands, rotation_number
 
 SIDE, ORDER = 512, 12
 SHARE = 8  # the scalar loop does one orbit of so many
@@ -78,6 +79,6 @@ def test_sections(numbers, timed):
     error = abs(rotation_number(np.array([np.cos(t), 0.5 * np.sin(t)])).rotation[0] - golden)
     turning = best(lambda: rotation_number(path, centre=(0.0, 0.0)), repeats=3)
     found = islands(path, centre=(0.0, 0.0))
-    kinds = {kind.name: int((found.kind == kind).sum()) for kind in SectionKind}
+    kinds = {kind.name: int((found.classification == kind).sum()) for kind in Classification}
     seconds = timed(lambda: islands(path, centre=(0.0, 0.0)), repeats=3)
     numbers.update(rotation_seconds=turning, islands_seconds=seconds, rotation_error=error, **kinds)

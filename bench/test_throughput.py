@@ -18,7 +18,17 @@ from common import (
     neo_hookean_orbits,
 )
 
-from fastaff import KAHAN_LI8, YOSHIDA4, AlphaTurning, Body, HenonHeiles, Hyperelastic, Linear, integrate, poincare_map
+from fastaff import (
+    KAHAN_LI8,
+    YOSHIDA4,
+    AlphaTurning,
+    Body,
+    HenonHeiles,
+    Hyperelastic,
+    Hyperplane,
+    integrate,
+    poincare_map,
+)
 
 BODY = Body(Hyperelastic(1.0), 1.0)
 SCHEMES = [(YOSHIDA4, 0.01, 2000), (KAHAN_LI8, 0.05, 500)]
@@ -98,7 +108,9 @@ def test_henon_heiles_section(numbers, timed):
     many = np.array([[0.0], [0.1], [0.4], [0.2]]) + 0.01 * np.random.default_rng(2).standard_normal((4, 1000))
 
     def run():
-        return poincare_map(HenonHeiles(), many, section=Linear((1, 0, 0, 0)), crossings=100, max_time=2000.0, step=0.1)
+        return poincare_map(
+            HenonHeiles(), many, section=Hyperplane((1, 0, 0, 0)), crossings=100, max_time=2000.0, step=0.1
+        )
 
     time, result = timed(run, repeats=3), run()
     numbers.update(

@@ -19,7 +19,7 @@ import fastaff as fa
 from fastaff import models
 from fastaff.engine.threads import available_threads
 
-PLANE, AXIS = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
+PLANE, AXIS = fa.HenonHeiles(), fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
 TIMES = 3
 """Runs of which the shortest counts."""
 

@@ -15,7 +15,7 @@ import numpy as np
 from coupled_maps import from_whole, map_case
 
 import fastaff as fa
-from fastaff.frequencies import FrequencyKind
+from fastaff import Classification
 
 COUNTS = (64, 128, 256, 512, 1024, 4096)
 REFERENCE = 65536
@@ -60,7 +60,7 @@ def kicked(seed: int, kick: Callable, tunes: np.ndarray | None = None) -> Callab
             q, p = cosine * q + sine * moved, cosine * moved - sine * q
     path = path[:, np.isfinite(path).all(axis=(0, 2))]
     truth = fa.tunes(path)
-    good = (truth.kind == FrequencyKind.INDEPENDENT) & (truth.error < EXACT).all(axis=0)
+    good = (truth.classification == Classification.REGULAR) & (truth.error < EXACT).all(axis=0)
     own = np.flatnonzero(good)[:ORBITS]
     kept, nu, error = path[:, own, : COUNTS[-1]].copy(), truth.nu[:, own], truth.error[:, own]
     return lambda turns: Sample(kept[:, :, :turns], nu, error)
@@ -75,7 +75,7 @@ def islands(seed: int) -> Callable[[int], Sample]:
         p = p - 0.6 * np.sin(x)
         x = x + p
     truth = fa.tunes(path)
-    own = np.flatnonzero((truth.kind == FrequencyKind.INDEPENDENT) & (truth.error < EXACT).all(axis=0))
+    own = np.flatnonzero((truth.classification == Classification.REGULAR) & (truth.error < EXACT).all(axis=0))
     kept, nu, error = path[:, own, : COUNTS[-1]].copy(), truth.nu[:, own], truth.error[:, own]
     return lambda turns: Sample(kept[:, :, :turns], nu, error)
 
@@ -128,7 +128,7 @@ def timed(call: Callable) -> tuple:
 
 class Row(NamedTuple):
     """Numbers of one system and one number of turns: errors (n, orbits) of `tunes` and, by order, of nafflib; seconds a
-    signal of each; ratio (n, orbits) of errors to those stated, of INDEPENDENT orbits; kind (orbits,).
+    signal of each; ratio (n, orbits) of errors to those stated, of REGULAR orbits; kind (orbits,).
     """
 
     off: np.ndarray
@@ -136,7 +136,7 @@ class Row(NamedTuple):
     cost: float
     their_cost: dict[int, float]
     ratio: np.ndarray
-    kind: np.ndarray
+    classification: np.ndarray
 
 
 def measured(sample: Sample) -> Row:
@@ -149,9 +149,9 @@ def measured(sample: Sample) -> Row:
     for order in ORDERS if importlib.util.find_spec("nafflib") else ():
         result, seconds = timed(lambda order=order: nafflib_tunes(few, order))
         theirs[order], their_cost[order] = nearest(result, nu[:, :FEW]), seconds / result.size
-    own = found.kind == FrequencyKind.INDEPENDENT
+    own = found.classification == Classification.REGULAR
     ratio = (off / (found.error + error.max(axis=0) + ROUNDED))[:, own]
-    return Row(off, theirs, cost / off.size / BATCH, their_cost, ratio, found.kind)
+    return Row(off, theirs, cost / off.size / BATCH, their_cost, ratio, found.classification)
 
 
 HEAD = ("system", "turns", "median", "90 %", *(f"order {p}, median" for p in ORDERS))
@@ -172,9 +172,13 @@ def turn_tables() -> str:
             cells += [f"{np.nanquantile(off, q) if np.isfinite(off).any() else np.nan:.1e}" for off, q in theirs]
             cells += [f"{1e6 * row.cost:.3g}", f"{1e6 * min(row.their_cost.values(), default=np.nan):.3g}"]
             within = [f"{100 * np.mean(row.ratio <= 1):.1f}", f"{row.ratio.max():.2g}"] if row.ratio.size else ["", ""]
-            kinds = FrequencyKind
-            share = [kinds.INDEPENDENT, kinds.UNDECIDED, kinds.DEPENDENT, kinds.IRREGULAR]
-            cells += [*within, *(f"{100 * np.mean(row.kind == k):.0f}" for k in share)]
+            share = [
+                Classification.REGULAR,
+                Classification.UNDECIDED,
+                Classification.RESONANT,
+                Classification.IRREGULAR,
+            ]
+            cells += [*within, *(f"{100 * np.mean(row.classification == k):.0f}" for k in share)]
             lines.append("| " + " | ".join(cells) + " |")
             print(lines[-1], flush=True)
     return "\n".join(lines)

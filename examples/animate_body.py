@@ -23,18 +23,18 @@ chaos = fa.chaos_map(body, starts, time=3000.0, indicators=(fa.SALI(),))
 print(f"SALI: {chaos.summary()}")
 
 # The middle of the largest island, a periodic orbit of the body reduced by its rotations.
-model = fa.reduced(body, p_eta=0.3, p_gamma=0.2)
+model = fa.reduced_body(body, p_eta=0.3, p_gamma=0.2)
 guess = model.from_planes(fa.energy_grid(body, axes=([0.95], [0.0]), **surface).z0)
-orbit = fa.periodic_orbits(model, guess, section=fa.Linear(normal=(0, 0, 1, 0)), energy=1.5)
+orbit = fa.periodic_orbits(model, guess, section=fa.Hyperplane(normal=(0, 0, 1, 0)), energy=1.5)
 beta, p_beta = orbit.points[1, 0, 0], orbit.points[3, 0, 0]
 periodic = fa.energy_grid(body, axes=([beta], [p_beta]), **surface).z0
-print(f"periodic orbit at beta = {beta:.9f}: T = {orbit.time[0]:.6f}, residue {orbit.residue[0]:.4f}")
+print(f"periodic orbit at beta = {beta:.9f}: T = {orbit.period[0]:.6f}, residue {orbit.residue[0]:.4f}")
 
 animation = plot.animate(
     body,
     np.concatenate([starts, periodic], axis=1),
-    time=12 * orbit.time[0],
+    time=12 * orbit.period[0],
     frames=180,
     titles=("regular", "chaotic", "periodic"),
 )
-print(f"wrote {plot.save_animation(animation, FILE, force=True)}")
+print(f"wrote {plot.save_animation(animation, FILE, overwrite=True)}")

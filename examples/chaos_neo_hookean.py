@@ -29,7 +29,7 @@ def scan(name, values, make):
     found = fastaff.chaotic_fraction(make, (values,), names=(name,), time=TIME, early_stop=True)
     print(found.summary())
     for row in zip(
-        values, found.fraction, *found.interval(), found.rescued, found.failed, found.undecided, found.energy_error
+        values, found.fraction, *found.interval(), found.recomputed, found.failed, found.undecided, found.energy_error
     ):
         numbers = (
             "{:8.3f}  fraction {:.3f} ({:.3f} ... {:.3f}); done again {}, failed {}, undecided {}; energy error {:.0e}"

@@ -26,7 +26,7 @@ planar = {
     "Barbanis": (barbanis, 0.3),
     "logarithmic galaxy": (galaxy, -0.3),
 }
-section = fastaff.Linear(normal=(1, 0, 0, 0))
+section = fastaff.Hyperplane(normal=(1, 0, 0, 0))
 for name, (model, energy) in planar.items():
     start = fastaff.energy_grid(model, energy=energy, section=section, axes=(np.linspace(-0.2, 0.3, 9), [0.0, 0.15])).z0
     found = fastaff.poincare_map(model, start, section=section, crossings=100, max_time=2000.0, step=0.03)
@@ -60,6 +60,6 @@ for t, row in zip(chain.times, energies):
     print(f"FPU, t = {t:5.1f}: energies of the modes " + "  ".join(f"{e:.4f}" for e in row))
 
 # A body in a field of gravity along y, with unequal inertia: four degrees of freedom, nothing isotropic.
-body = fastaff.formula("C/2*(D1**2 + D2**2) + C/(D1*D2) - g*y", C=1.0, g=0.2, mu=(1.0, 1.5))
+body = fastaff.affine_body("C/2*(D1**2 + D2**2) + C/(D1*D2) - g*y", C=1.0, g=0.2, mu=(1.0, 1.5))
 run = fastaff.integrate(body, [1.5, 0.1, 0.2, 0.0, 0.1, 0.2, 0.1, 0.3], time=200.0)
 print(f"{body}: energy error {run.energy_error[0]:.1e}")

@@ -20,7 +20,7 @@ grid = fastaff.energy_grid(
 found = fastaff.frequency_map(body, grid.z0, time=300.0)
 
 exact = np.sqrt(C / mu) / np.pi
-print(f"{grid.cell.size} orbits: {found.summary()}")
+print(f"{grid.cell_index.size} orbits: {found.summary()}")
 print(
     f"nu_r = {found.nu[0].mean():.15f}, exact {exact:.15f}; largest difference {np.abs(found.nu[0] - exact).max():.1e}"
 )

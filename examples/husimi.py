@@ -33,7 +33,7 @@ for k in near:
     _, grid = section_grid(levels.E[k], 60)
     values = fastaff.quantum.husimi(levels.state(int(k)))(grid.z0)
     shares.append(np.sum(values) ** 2 / (values.size * np.sum(values**2)))  # share of the section's cells that it fills
-    image = grid.spread(values).filled(0.0).ravel()
+    image = grid.to_grid(values).filled(0.0).ravel()
     images.append(image / np.linalg.norm(image))
 order = [int(i) for i in np.argsort(shares)]
 apart: list[int] = []

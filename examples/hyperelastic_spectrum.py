@@ -49,7 +49,7 @@ v = np.linspace(0.0, np.pi / 2, 7)[1:-1]
 shape = elementary.state(0).shape.factors[1](v) / (np.cos(v) * np.cos(v / 2))
 print(f"(1, -1): E = {elementary.E[0]:.15g}, f/(cos(v) cos(v/2)) constant to {np.ptp(shape) / shape.max():.1e}")
 
-whole = fa.quantum.all_levels(body, below=12.0)
+whole = fa.quantum.all_levels(body, max_energy=12.0)
 k = np.arange(4)
 gathered = whole.multiplets()
 found = [int(gathered.degeneracy[np.argmin(np.abs(gathered.E - energy))]) for energy in 5 + 2 * k]
@@ -82,8 +82,8 @@ c.annotate("elementary states", (1, 5), (1.6, 4.05), fontsize=8, va="center")
 c.set_xlabel(r"$C$  (units of $\hbar^2/\mu$)")
 
 high = int(np.flatnonzero((exact.n == [[2], [3]]).all(axis=0))[0])
-plot_density(elementary.state(0), ax=d, body=body, chart=fa.charts.TWO_POLAR)
-plot_density(exact.state(high), ax=e, body=body, chart=fa.charts.ALPHA_BETA)
+plot_density(elementary.state(0), ax=d, model=body, chart=fa.charts.TWO_POLAR)
+plot_density(exact.state(high), ax=e, model=body, chart=fa.charts.ALPHA_BETA)
 plot_degeneracies(whole, ax=f)
 f.plot(5 + 2 * k, 4 * k + 2, color="#b35900", lw=1.0, ls=(0, (5, 2)), label=r"elementary states, $4k+2$ at $E=5+2k$")
 f.legend(frameon=False, fontsize=8, loc="upper left")

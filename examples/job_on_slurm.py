@@ -13,7 +13,7 @@ import argparse
 import distributed
 
 import fastaff as fa
-from fastaff.jobs import Frequencies, Job, Starts, Surface
+from fastaff.jobs import EnergySurface, FrequencyOptions, InitialConditions, Job
 
 
 def cluster_of(given):
@@ -38,9 +38,9 @@ def main():
     given = parser.parse_args()
     job = Job(
         model=fa.Body(fa.NeoHookean()),
-        surface=Surface(energy=1.5, p_eta=0.3, p_gamma=0.2),
-        starts=Starts(grid=given.grid),
-        frequency_map=Frequencies(time=1000.0),
+        energy_surface=EnergySurface(energy=1.5, p_eta=0.3, p_gamma=0.2),
+        initial_conditions=InitialConditions(grid=given.grid),
+        frequency_map=FrequencyOptions(time=1000.0),
     )
     with cluster_of(given) as cluster, distributed.Client(cluster) as client:
         results = fa.run(job, given.store, executor=client.get_executor())

@@ -22,23 +22,25 @@ def decades(growth, i, weight):
     return weight * (stretch(growth, 0, i) + stretch(growth, 1, i)) / math.log(10.0)
 
 
-AREA = fastaff.chaos.TangentIndicator("area", decades, limit=8.0, count=2, parameters=(1.0,))
+AREA = fastaff.chaos.TangentIndicator("area", decades, threshold=8.0, count=2, parameters=(1.0,))
 
 
 class Farthest(NamedTuple):
     """Where orbits end."""
 
-    limit: float = 1.0
+    threshold: float = 1.0
 
 
 def farthest(value, lanes, orbit, fresh, t, z, memory, out, done):
-    """Keep the largest distance in row 0 of the memory and its time in column 0 of out; end orbits beyond the limit."""
+    """Keep the largest distance in row 0 of the memory and its time in column 0 of out; end orbits beyond the
+    threshold.
+    """
     ended = 0
     for i in range(lanes):
         distance = math.hypot(z[i], z[LANES + i])
         if fresh[i] > 0.0 and distance > memory[i]:
             memory[i], out[orbit[i], 0] = distance, t[i]
-            if distance > value.limit:
+            if distance > value.threshold:
                 done[i] = 1.0
                 ended += 1
     return ended
@@ -55,8 +57,8 @@ if __name__ == "__main__":
     model, z0 = fastaff.HenonHeiles(), starts(40)
     found = fastaff.chaos_map(model, z0, time=1000.0, step=0.1, indicators=(fastaff.MEGNO(), AREA))
     print(found.summary())
-    for megno, area, verdict in zip(found.megno[:5], found.area[:5], found.verdict[:5]):
-        said = fastaff.chaos.Character(verdict).name.lower()
+    for megno, area, classification in zip(found.megno[:5], found.area[:5], found.classification[:5]):
+        said = fastaff.Classification(classification).name.lower()
         print(f"  MEGNO {megno:7.2f}, area grown by {area:6.2f} decades: {said}")
     flow, z, *_ = plan(model, z0, Options(step=0.05))
     orbits, memory, when = flow.observed(z, Observer(farthest, rows=1, value=Farthest(0.6)), time=100.0)

@@ -31,10 +31,10 @@ frequencies = fa.frequency_map(body, grid.z0, time=500.0)
 
 # The body reduced by its rotations: two degrees of freedom, where a relative periodic orbit of the body is a periodic
 # one.
-model = fa.reduced(body, p_eta=surface["p_eta"], p_gamma=surface["p_gamma"])
-section = fa.Linear(normal=(0, 0, 1, 0))
+model = fa.reduced_body(body, p_eta=surface["p_eta"], p_gamma=surface["p_gamma"])
+section = fa.Hyperplane(normal=(0, 0, 1, 0))
 orbits = fa.find_periodic_orbits(
-    model, model.from_planes(grid.z0), section=section, max_period=6, energy=surface["energy"]
+    model, model.from_planes(grid.z0), section=section, max_crossings=6, energy=surface["energy"]
 )
 print(f"{orbits.summary()}; |flow(z) - z| at most {orbits.residual.max():.1e}")
 
@@ -44,15 +44,15 @@ plot.plot_section(crossings, ax=left, values=plot.colouring(frequencies), bounda
 figure.canvas.draw()
 plot_periodic(orbits, ax=left)
 
-for number, z in enumerate(orbits.z[:, orbits.period == 1].T):
+for number, z in enumerate(orbits.z[:, orbits.crossings == 1].T):
     for direction in (-1, 1):
         branch = fa.continuation(
-            model, z, section=section, direction=direction, bounds=(0.2, 4.0), longest=0.1, steps=200
+            model, z, section=section, direction=direction, bounds=(0.2, 4.0), ds_max=0.1, max_steps=200
         )
         branches.append(branch)
         names.append(rf"$\beta={z[1]:.3f}$ at $E=1.5$")
         for found in branch.bifurcations:
-            print(f"orbit {number}: {found.event.name} at E = {found.value:.9f}, period {found.time:.6f}")
+            print(f"orbit {number}: {found.event.name} at E = {found.parameter:.9f}, period {found.period:.6f}")
 plot_backbone(branches, ax=right, names=names)
 figure.get_layout_engine().set(wspace=0.06)
 figure.savefig(FILE, dpi=130)

@@ -22,7 +22,7 @@ edge = plot.edge(body, section, **surface)
 axes = [np.linspace(low, high, cells + 2)[1:-1] for (low, high), cells in zip(edge.axes, (64, 72))]
 grid = fastaff.energy_grid(body, section=section, axes=axes, **surface)
 found = fastaff.frequency_map(body, grid.z0, time=600.0)
-print(f"{grid.cell.size} orbits: {found.summary()}")
+print(f"{grid.cell_index.size} orbits: {found.summary()}")
 
 # Only where frequencies exist, and outside of large islands, which have a lattice of their own.
 ratio = found.nu[0] / found.nu[1]
@@ -34,9 +34,9 @@ for module, orbits in librations.table()[:6]:
     print(f"  {orbits:5d} orbits: {module}")
 
 nu = np.where(regular, found.nu[:2], np.nan)
-spread = np.full((2, grid.forbidden.size), np.nan)
-spread[:, grid.cell] = nu
-lines = resonance_web(spread.reshape(2, *grid.forbidden.shape), axes=grid, max_order=24, tolerance=1e-6, jump=0.02)
+spread = np.full((2, grid.inaccessible.size), np.nan)
+spread[:, grid.cell_index] = nu
+lines = resonance_web(spread.reshape(2, *grid.inaccessible.shape), axes=grid, max_order=24, tolerance=1e-6, jump=0.02)
 
 figure = Figure(figsize=(10, 5), dpi=200, layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))

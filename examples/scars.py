@@ -38,10 +38,10 @@ for k in np.argsort(np.abs(levels.E - 1.5))[:12]:
 k = min(shares, key=shares.get)
 state, energy = levels.state(k), float(levels.E[k])
 
-model = fa.reduced(body, **planes)
+model = fa.reduced_body(body, **planes)
 _, coarse = section_grid(energy, 9)
 orbits = fa.find_periodic_orbits(
-    model, model.from_planes(coarse.z0), section=fa.Linear(normal=(0, 0, 1, 0)), max_period=3, energy=energy
+    model, model.from_planes(coarse.z0), section=fa.Hyperplane(normal=(0, 0, 1, 0)), max_crossings=3, energy=energy
 )
 print(f"level {k}: E = {energy:.6f}, fills {shares[k]:.2f} of the section; {orbits.summary()}")
 
@@ -50,8 +50,8 @@ left, right = figure.subplots(1, 2)
 edge, grid = section_grid(energy, 160)
 plot.plot_husimi(grid, fa.quantum.husimi(state)(grid.z0), ax=left, boundary=edge, orbits=orbits)
 left.set_title(f"level {k}, $E={energy:.4f}$: Husimi function", loc="left", fontsize=10)
-plot.plot_density(state, ax=right, body=body, chart=fa.charts.ALPHA_BETA)
-plot.plot_scars(orbits.select(period=1), model, ax=right, chart=fa.charts.ALPHA_BETA)
+plot.plot_density(state, ax=right, model=body, chart=fa.charts.ALPHA_BETA)
+plot.plot_scars(orbits.select(crossings=1), model, ax=right, chart=fa.charts.ALPHA_BETA)
 right.set_title("density; curves: orbits of one crossing", loc="left", fontsize=10)
 figure.savefig(FILE)
 print(f"wrote {FILE}")

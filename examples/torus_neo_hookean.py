@@ -19,7 +19,7 @@ fits = [fastaff.fit_torus(body, z0, time=1000.0) for z0 in grid.z0.T]
 for fit in fits:
     print(fit.summary())
     print("   J =", ", ".join(f"{name} {J:.10f}" for name, J in zip(fit.names, fit.J)))
-    if fit.verdict is fastaff.tori.Verdict.TORUS:
+    if fit.classification is fastaff.Classification.REGULAR:
         print(f"   J_eta/2 pi - p_eta = {fit.I[-2] - 0.3:.1e}, J_gamma/2 pi - p_gamma = {fit.I[-1] - 0.2:.1e}")
 
 

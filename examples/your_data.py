@@ -27,7 +27,7 @@ def sympy_equations() -> None:
     import sympy
 
     x, y = sympy.symbols("x y")
-    oscillator = fa.flow({x: y, y: -(x**3)})
+    oscillator = fa.ode({x: y, y: -(x**3)})
     print("  state after 10:", fa.integrate(oscillator, [1.0, 0.0], time=10.0).z[:, 0])
 
 
@@ -42,8 +42,8 @@ def gala_orbits() -> None:
     galaxy = gp.CCompositePotential(disk=disk, halo=halo)
     star = gd.PhaseSpacePosition(pos=[8, 0, 0.1] * u.kpc, vel=[20, 210, 15] * u.km / u.s)
     orbit = galaxy.integrate_orbit(star, dt=1 * u.Myr, n_steps=10_000, Integrator="dop853")
-    print("  gala    ", fa.orbit_frequencies(orbit, angles="R z phi").nu[:, 0], "1/Myr")
-    mine = fa.frequency_map(fa.hamiltonian(galaxy), star, time=10_000.0, angles="R z phi")
+    print("  gala    ", fa.orbit_frequencies(orbit, signals="R z phi").nu[:, 0], "1/Myr")
+    mine = fa.frequency_map(fa.hamiltonian(galaxy), star, time=10_000.0, signals="R z phi")
     print("  fastaff ", mine.nu[:, 0], mine.names)
 
 
@@ -55,8 +55,8 @@ def galpy_orbits() -> None:
     halo = LogarithmicHaloPotential(normalize=1.0, q=0.9, core=0.1)
     star = Orbit([1.0, 0.1, 1.1, 0.1, 0.05, 0.0])
     star.integrate(np.linspace(0, 400, 8001), halo)
-    print("  galpy   ", fa.orbit_frequencies(star, angles="R z phi").nu[:, 0], "vo/ro")
-    print("  fastaff ", fa.frequency_map(fa.hamiltonian(halo), star, time=400.0, angles="R z phi").nu[:, 0])
+    print("  galpy   ", fa.orbit_frequencies(star, signals="R z phi").nu[:, 0], "vo/ro")
+    print("  fastaff ", fa.frequency_map(fa.hamiltonian(halo), star, time=400.0, signals="R z phi").nu[:, 0])
 
 
 def heyoka_expressions() -> None:

@@ -34,10 +34,11 @@ if TYPE_CHECKING:
     from .chaos.indicators import SALI as SALI
     from .chaos.indicators import Lyapunov as Lyapunov
     from .chaos.indicators import LyapunovSpectrum as LyapunovSpectrum
-    from .chaos.pass_indicators import BirkhoffDigits as BirkhoffDigits
     from .chaos.pass_indicators import FrequencyDiffusion as FrequencyDiffusion
     from .chaos.pass_indicators import ReversibilityError as ReversibilityError
-    from .chaos.pass_indicators import ZeroOne as ZeroOne
+    from .chaos.pass_indicators import WeightedBirkhoff as WeightedBirkhoff
+    from .chaos.pass_indicators import ZeroOneTest as ZeroOneTest
+    from .core.classification import Classification as Classification
     from .core.interruption import Interrupted as Interrupted
     from .core.status import OrbitError as OrbitError
     from .core.status import Status as Status
@@ -59,7 +60,7 @@ if TYPE_CHECKING:
     from .periodic.continuation import continuation as continuation
     from .periodic.find_periodic_orbits import find_periodic_orbits as find_periodic_orbits
     from .periodic.periodic_orbits import periodic_orbits as periodic_orbits
-    from .results.progress import progress as progress
+    from .results.progress import show_progress as show_progress
     from .runs import schemes as schemes
     from .runs.integrate import integrate as integrate
     from .runs.schemes.automatic import AUTO as AUTO
@@ -81,10 +82,10 @@ if TYPE_CHECKING:
     from .systems import charts as charts
     from .systems import formulas as formulas
     from .systems import models as models
-    from .systems.formulas.flow_text import flow as flow
-    from .systems.formulas.formula import formula as formula
+    from .systems.formulas.formula import affine_body as affine_body
     from .systems.formulas.formula import hamiltonian as hamiltonian
-    from .systems.formulas.mapping import mapping as mapping
+    from .systems.formulas.iterated_map import iterated_map as iterated_map
+    from .systems.formulas.ode import ode as ode
     from .systems.models import Anharmonic as Anharmonic
     from .systems.models import Body as Body
     from .systems.models import Harmonic as Harmonic
@@ -95,14 +96,14 @@ if TYPE_CHECKING:
     from .systems.models import SeparableAlphaBeta as SeparableAlphaBeta
     from .systems.models import SeparableElliptic as SeparableElliptic
     from .systems.models import SeparableRVartheta as SeparableRVartheta
-    from .systems.models import one_variable as one_variable
-    from .systems.models import reduced as reduced
+    from .systems.models import reduced_body as reduced_body
+    from .systems.models import univariate as univariate
     from .systems.models.sections import AlphaEquals as AlphaEquals
     from .systems.models.sections import AlphaTurning as AlphaTurning
     from .systems.models.sections import AreaEquals as AreaEquals
     from .systems.models.sections import BetaEquals as BetaEquals
     from .systems.models.sections import BetaTurning as BetaTurning
-    from .systems.models.sections import Linear as Linear
+    from .systems.models.sections import Hyperplane as Hyperplane
     from .tori.action_angles import action_angles as action_angles
     from .tori.fit_torus import fit_torus as fit_torus
     from .tori.inverse_tori import energy_of_actions as energy_of_actions
@@ -158,10 +159,10 @@ _PLACES = {
         "LyapunovSpectrum",
     ),
     "chaos.pass_indicators": (
-        "BirkhoffDigits",
+        "WeightedBirkhoff",
         "FrequencyDiffusion",
         "ReversibilityError",
-        "ZeroOne",
+        "ZeroOneTest",
     ),
     "frequencies.frequency_map": ("frequency_map",),
     "frequencies.naff": ("naff",),
@@ -189,8 +190,9 @@ _PLACES = {
         "from_action_angles",
     ),
     "tori.separation": ("constants_of_motion",),
+    "core.classification": ("Classification",),
     "core.interruption": ("Interrupted",),
-    "results.progress": ("progress",),
+    "results.progress": ("show_progress",),
     "core.status": (
         "OrbitError",
         "Status",
@@ -200,12 +202,12 @@ _PLACES = {
         "save",
     ),
     "explorer.explore": ("explore",),
-    "systems.formulas.flow_text": ("flow",),
+    "systems.formulas.ode": ("ode",),
     "systems.formulas.formula": (
-        "formula",
+        "affine_body",
         "hamiltonian",
     ),
-    "systems.formulas.mapping": ("mapping",),
+    "systems.formulas.iterated_map": ("iterated_map",),
     "jobs": (
         "Job",
         "rerun",
@@ -223,8 +225,8 @@ _PLACES = {
         "SeparableAlphaBeta",
         "SeparableElliptic",
         "SeparableRVartheta",
-        "one_variable",
-        "reduced",
+        "univariate",
+        "reduced_body",
     ),
     "systems.models.sections": (
         "AlphaEquals",
@@ -232,7 +234,7 @@ _PLACES = {
         "AreaEquals",
         "BetaEquals",
         "BetaTurning",
-        "Linear",
+        "Hyperplane",
     ),
     "runs.schemes.automatic": ("AUTO",),
     "runs.schemes.catalogue": (
@@ -272,16 +274,16 @@ __all__ = [
     "AreaEquals",
     "BetaEquals",
     "BetaTurning",
-    "BirkhoffDigits",
     "Body",
+    "Classification",
     "FrequencyDiffusion",
     "Harmonic",
     "HeavyTop",
     "HenonHeiles",
     "Hyperelastic",
+    "Hyperplane",
     "Interrupted",
     "Job",
-    "Linear",
     "Lyapunov",
     "LyapunovSpectrum",
     "NeoHookean",
@@ -293,8 +295,10 @@ __all__ = [
     "Status",
     "TimeTransformed",
     "TuneAccumulator",
-    "ZeroOne",
+    "WeightedBirkhoff",
+    "ZeroOneTest",
     "action_angles",
+    "affine_body",
     "chaos_map",
     "chaotic_fraction",
     "constants_of_motion",
@@ -305,22 +309,19 @@ __all__ = [
     "explore",
     "find_periodic_orbits",
     "fit_torus",
-    "flow",
-    "formula",
     "frequency_map",
     "from_action_angles",
     "hamiltonian",
     "integrate",
     "islands",
+    "iterated_map",
     "load",
-    "mapping",
     "naff",
-    "one_variable",
+    "ode",
     "orbit_frequencies",
     "periodic_orbits",
     "poincare_map",
-    "progress",
-    "reduced",
+    "reduced_body",
     "rerun",
     "resonance_web",
     "resonances",
@@ -328,8 +329,10 @@ __all__ = [
     "rotation_number",
     "run",
     "save",
+    "show_progress",
     "tangent_map",
     "tunes",
+    "univariate",
 ]
 
 _RENAMED = {

@@ -34,7 +34,7 @@ HH, BODY, HARMONIC, WALLED = (
 RNG = np.random.default_rng(16)
 Z4 = np.array([[0.0, 0.0], [0.1, -0.1], [0.3, 0.28], [0.05, 0.1]])
 Z8 = np.array([[1.2, 1.3], [0.1, 0.0], [0.4, 0.3], [0.0, 0.1], [0.1, 0.2], [0.6, 0.5], [0.1, 0.0], [0.2, 0.3]])
-X = fa.Linear((1.0, 0.0, 0.0, 0.0))
+X = fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
 TURN = fa.AlphaTurning()
 J, PHASE = np.array([0.5, 0.6, 0.3, 0.2]), np.array([0.1, 0.2, 0.3, 0.4])
 RING = np.exp(0.7j * np.arange(64))
@@ -44,7 +44,7 @@ SLOW = np.array([np.cos(0.3 * np.arange(200)), -np.sin(0.3 * np.arange(200))])[:
 LONG = np.array([np.cos(0.3 * np.arange(400)), -np.sin(0.3 * np.arange(400))])
 LEVELS = np.cumsum(RNG.exponential(size=60))
 FIXED = {"step": 0.1, "threads": 1}
-MOTION = fa.jobs.Motion(time=1.0)
+MOTION = fa.jobs.IntegrateOptions(time=1.0)
 REAL_TIME = {"time": 2.0, **FIXED}
 
 
@@ -91,7 +91,7 @@ def cut_by(make, body=BODY, z0=Z8, **given):
 
 def strobed_by(**given):
     """A stroboscopic section at work."""
-    model = fa.hamiltonian("x**2/2*(1.3 + 0.2*cos(t))", coordinates="x", period="2*pi")
+    model = fa.hamiltonian("x**2/2*(1.3 + 0.2*cos(t))", coordinates="x", drive_period="2*pi")
     return fa.poincare_map(model, [0.1, 0.2], section=Stroboscopic(**given), crossings=1, **FIXED)
 
 
@@ -101,10 +101,16 @@ def moved(make, z0=Z8, **given):
     return fa.integrate(model if hasattr(model, "velocity") else fa.Body(model), z0, **REAL_TIME)
 
 
-def ran(job, threads=1, memory=None, overwrite=False, executor=None, report=None, watch=None):
+def ran(job, threads=1, memory=None, overwrite=False, executor=None, callback=None, on_chunk=None):
     """A job at work, in memory: tests/jobs/test_jobs.py hands everything to what takes the path of a store."""
     return fa.run(
-        job, threads=threads, memory=memory, overwrite=overwrite, executor=executor, report=report, watch=watch
+        job,
+        threads=threads,
+        memory=memory,
+        overwrite=overwrite,
+        executor=executor,
+        callback=callback,
+        on_chunk=on_chunk,
     )
 
 
@@ -153,7 +159,7 @@ Q = {"m": 0, "l": 0}
 NQ = {"n": (0, 0), **Q}
 
 # name: (callable, arguments that work); arguments that are left out keep their defaults and are replaced in turn too
-SPIRAL = fa.flow("x' = k*y; y' = -x; z' = x*y - z", k=1.0)
+SPIRAL = fa.ode("x' = k*y; y' = -x; z' = x*y - z", k=1.0)
 
 CALLS = {
     "AlphaEquals": (partial(cut_by, fa.AlphaEquals), {"constant": 1.2}),
@@ -161,7 +167,7 @@ CALLS = {
     "AreaEquals": (partial(cut_by, fa.AreaEquals), {}),
     "BetaEquals": (partial(cut_by, fa.BetaEquals), {"constant": 0.5}),
     "BetaTurning": (partial(cut_by, fa.BetaTurning), {}),
-    "Linear": (partial(cut_by, fa.Linear, HH, Z4), {"normal": (1.0, 0.0, 0.0, 0.0)}),
+    "Hyperplane": (partial(cut_by, fa.Hyperplane, HH, Z4), {"normal": (1.0, 0.0, 0.0, 0.0)}),
     "Stroboscopic": (strobed_by, {"phase": 0.3}),
     "Algebraic": (partial(slowed, fa.schemes.Algebraic), {"kappa": 1.0}),
     "Exponential": (partial(slowed, fa.schemes.Exponential), {"kappa": 1.0}),
@@ -208,10 +214,13 @@ CALLS = {
     "GALI": (partial(judged, fa.GALI), {"count": 2}),
     "TangentIndicator": (
         partial(judged, fa.chaos.TangentIndicator),
-        {"name": "own", "reading": first_length, "limit": 4.0},
+        {"name": "own", "reading": first_length, "threshold": 4.0},
     ),
-    "Job": (fa.Job, {"model": HH, "starts": Z4, "integrate": MOTION}),
-    "run": (ran, {"job": fa.Job(model=HH, starts=Z4, integrate=MOTION, run=fa.jobs.Run(step=0.1))}),
+    "Job": (fa.Job, {"model": HH, "initial_conditions": Z4, "integrate": MOTION}),
+    "run": (
+        ran,
+        {"job": fa.Job(model=HH, initial_conditions=Z4, integrate=MOTION, options=fa.jobs.RunOptions(step=0.1))},
+    ),
     "RungeKutta": (
         fa.schemes.RungeKutta,
         {"name": "e", "order": 1, "source": "Euler 1768", "a": ((),), "b": (1.0,), "c": (0.0,)},
@@ -223,52 +232,52 @@ CALLS = {
     "TimeTransformed": (lambda **given: fa.integrate(WALLED, Z8, scheme=fa.TimeTransformed(**given), **REAL_TIME), {}),
     "TuneAccumulator": (fa.TuneAccumulator, {}),
     "TuneAccumulator.push": (accumulated, {"samples": TURNED}),
-    "all_levels": (fa.quantum.all_levels, {"body": HARMONIC, "multiplets": 5}),
-    "chaos_map": (fa.chaos_map, {"body": HH, "z0": Z4, **REAL_TIME}),
-    "chaotic_fraction": (fa.chaotic_fraction, {"make": own_case, "axes": ([1.0],), **REAL_TIME}),
-    "class_diagram": (fa.quantum.class_diagram, {"body": HARMONIC, "m": [0, 2], "l": 0, "count": 2}),
+    "all_levels": (fa.quantum.all_levels, {"model": HARMONIC, "multiplets": 5}),
+    "chaos_map": (fa.chaos_map, {"model": HH, "z0": Z4, **REAL_TIME}),
+    "chaotic_fraction": (fa.chaotic_fraction, {"model": own_case, "axes": ([1.0],), **REAL_TIME}),
+    "class_diagram": (fa.quantum.class_diagram, {"model": HARMONIC, "m": [0, 2], "l": 0, "count": 2}),
     "coherent_packet": (
         fa.quantum.coherent_packet,
-        {"body": HARMONIC, "z0": Z8[:, 0], "width": 0.7, "count": 12, "missing": 0.5},
+        {"model": HARMONIC, "z0": Z8[:, 0], "width": 0.7, "count": 12, "missing": 0.5},
     ),
-    "constants_of_motion": (fa.constants_of_motion, {"body": BODY, "z": Z8}),
+    "constants_of_motion": (fa.constants_of_motion, {"model": BODY, "z": Z8}),
     "continuation": (
         fa.continuation,
-        {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "steps": 1, "max_time": 20.0, "length": 1e-3, **FIXED},
+        {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "max_steps": 1, "max_time": 20.0, "ds": 1e-3, **FIXED},
     ),
     "count_deviation": (fa.quantum.count_deviation, {"levels": LEVELS, "smooth": staircase}),
     "diffusion_histogram": (fa.frequencies.diffusion_histogram, {"diffusion": [-9.0, -3.0, np.nan]}),
-    "energy_grid": (fa.energy_grid, {"body": HH, "energy": 0.1, "section": X, "axes": ([0.0, 0.1], [0.0, 0.1])}),
+    "energy_grid": (fa.energy_grid, {"model": HH, "energy": 0.1, "section": X, "axes": ([0.0, 0.1], [0.0, 0.1])}),
     "energy_grid.by_name": (
         fa.energy_grid,
-        {"body": HH, "energy": 0.1, "axes": {"x": [0.0, 0.1]}, "solve": "p_y", "fixed": {"y": 0.1}, "sign": -1},
+        {"model": HH, "energy": 0.1, "axes": {"x": [0.0, 0.1]}, "solve": "p_y", "fixed": {"y": 0.1}, "sign": -1},
     ),
-    "energy_grid.at_rest": (fa.energy_grid, {"body": HH, "energy": 0.1, "axes": {"phi": [0.3, 1.0]}, "at_rest": True}),
-    "energy_of_actions": (fa.energy_of_actions, {"body": HARMONIC, "J": J, "threads": 1}),
-    "energy_sample": (fa.energy_sample, {"body": HH, "energy": 0.1, "section": X, "orbits": 3}),
+    "energy_grid.at_rest": (fa.energy_grid, {"model": HH, "energy": 0.1, "axes": {"phi": [0.3, 1.0]}, "at_rest": True}),
+    "energy_of_actions": (fa.energy_of_actions, {"model": HARMONIC, "J": J, "threads": 1}),
+    "energy_sample": (fa.energy_sample, {"model": HH, "energy": 0.1, "section": X, "orbits": 3}),
     "energy_sample.surface": (
         fa.energy_sample,
-        {"body": HH, "energy": 0.1, "orbits": 3, "axes": {"x": (-0.1, 0.1), "y": (0.0, 0.1)}},
+        {"model": HH, "energy": 0.1, "orbits": 3, "axes": {"x": (-0.1, 0.1), "y": (0.0, 0.1)}},
     ),
     "energy_sample.at_rest": (
         fa.energy_sample,
-        {"body": HH, "energy": 0.1, "orbits": 3, "at_rest": True, "fixed": {"x": 0.1}},
+        {"model": HH, "energy": 0.1, "orbits": 3, "at_rest": True, "fixed": {"x": 0.1}},
     ),
-    "exact_levels": (fa.quantum.exact_levels, {"body": HARMONIC, **NQ}),
-    "exact_levels.below": (fa.quantum.exact_levels, {"body": HARMONIC, "below": 4.0}),
-    "exact_levels.multiplets": (fa.quantum.exact_levels, {"body": HARMONIC, "multiplets": 4}),
+    "exact_levels": (fa.quantum.exact_levels, {"model": HARMONIC, **NQ}),
+    "exact_levels.max_energy": (fa.quantum.exact_levels, {"model": HARMONIC, "max_energy": 4.0}),
+    "exact_levels.multiplets": (fa.quantum.exact_levels, {"model": HARMONIC, "multiplets": 4}),
     "find_periodic_orbits": (
         fa.find_periodic_orbits,
-        {"model": HH, "z0": Z4, "section": X, "max_period": 1, "crossings": 8, "max_time": 60.0, **FIXED},
+        {"model": HH, "z0": Z4, "section": X, "max_crossings": 1, "scan_crossings": 8, "max_time": 60.0, **FIXED},
     ),
     "fit_spacings": (fa.quantum.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.quantum.Brody}),
     "fit_samples": (fa.tori.fit_samples, {"samples": LONG, "dt": 0.1}),
-    "fit_torus": (fa.fit_torus, {"body": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
-    "fit_torus.map": (fa.fit_torus, {"body": fa.models.maps.StandardMap(0.5), "z0": [0.2, 2.1], "time": 300.0}),
-    "flow": (fa.flow, {"text": "x' = k*y; y' = -x; z' = x*y - z", "k": 1.0}),
-    "formula": (fa.formula, {"text": "k*(D1**2 + D2**2)", "k": 1.0}),
-    "frequency_map": (fa.frequency_map, {"body": HH, "z0": Z4, **REAL_TIME, "time": 20.0}),
-    "from_action_angles": (fa.from_action_angles, {"body": HARMONIC, "J": J, "theta": PHASE, "threads": 1}),
+    "fit_torus": (fa.fit_torus, {"model": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
+    "fit_torus.map": (fa.fit_torus, {"model": fa.models.maps.StandardMap(0.5), "z0": [0.2, 2.1], "time": 300.0}),
+    "ode": (fa.ode, {"text": "x' = k*y; y' = -x; z' = x*y - z", "k": 1.0}),
+    "affine_body": (fa.affine_body, {"text": "k*(D1**2 + D2**2)", "k": 1.0}),
+    "frequency_map": (fa.frequency_map, {"model": HH, "z0": Z4, **REAL_TIME, "time": 20.0}),
+    "from_action_angles": (fa.from_action_angles, {"model": HARMONIC, "J": J, "theta": PHASE, "threads": 1}),
     "from_matrix": (fa.charts.from_matrix, {"phi": np.eye(2), "momentum": np.eye(2)}),
     "hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "masses": (1.0, 2.0), "k": 1.0}),
     "damped hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "friction": 0.1, "k": 1.0}),
@@ -280,24 +289,24 @@ CALLS = {
     "AffineBody": (fa.models.AffineBody, {"invariance": "left", "I": 1.0, "A": 0.5, "potential": "C*det", "C": 1.0}),
     "driven hamiltonian": (
         fa.hamiltonian,
-        {"text": "k*(x**2 + y**2)*cos(t)", "masses": (1.0, 2.0), "period": "2*pi", "k": 1.0},
+        {"text": "k*(x**2 + y**2)*cos(t)", "masses": (1.0, 2.0), "drive_period": "2*pi", "k": 1.0},
     ),
     "VibrationState.density": (method("vibration", "density"), {"q": [0.1]}),
     "VibrationState.quanta": (method("vibration", "quanta"), {"modes": "local"}),
     "husimi": (fa.quantum.husimi, {"state": lambda: result("state")}),
-    "integrate.flow": (fa.integrate, {"body": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "samples": 2, "threads": 1}),
-    "integrate": (fa.integrate, {"body": HH, "z0": Z4, **REAL_TIME}),
-    "islands": (fa.islands, {"points": POINTS, "max_period": 4}),
+    "integrate.flow": (fa.integrate, {"model": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "samples": 2, "threads": 1}),
+    "integrate": (fa.integrate, {"model": HH, "z0": Z4, **REAL_TIME}),
+    "islands": (fa.islands, {"points": POINTS, "max_islands": 4}),
     "level_diagram": (fa.quantum.level_diagram, {"make": own_harmonic, "values": [1.0, 2.0], **Q, "count": 2}),
     "level_list": (fa.quantum.level_list, {"classes": lambda: [result("levels")]}),
-    "mapping": (fa.mapping, {"text": "p1 = p + K*sin(x); x1 = x + p1", "periods": {"x": "2*pi"}, "K": 1.0}),
+    "iterated_map": (fa.iterated_map, {"text": "p1 = p + K*sin(x); x1 = x + p1", "periodic": {"x": "2*pi"}, "K": 1.0}),
     "mean_spacing_ratio": (fa.quantum.mean_spacing_ratio, {"spectra": [LEVELS]}),
     "naff": (fa.naff, {"signal": RING, "dt": 0.1, "lines": 2}),
-    "number_packet": (fa.quantum.number_packet, {"body": HARMONIC, "n": (3, 2), **Q, "width": (1.0, 0.0)}),
+    "number_packet": (fa.quantum.number_packet, {"model": HARMONIC, "n": (3, 2), **Q, "width": (1.0, 0.0)}),
     "number_variance": (fa.quantum.number_variance, {"unfolded": LEVELS, "lengths": [1.0, 2.0]}),
-    "one_variable": (fa.one_variable, {"value": square, "slope": double}),
+    "univariate": (fa.univariate, {"value": square, "slope": double}),
     "orbit_frequencies": (fa.orbit_frequencies, {"samples": SLOW, "dt": 0.1}),
-    "periodic_guesses": (fa.periodic.periodic_guesses, {"section_map": lambda: result("guessable"), "period": 1}),
+    "periodic_guesses": (fa.periodic.periodic_guesses, {"section_map": lambda: result("guessable"), "crossings": 1}),
     "periodic_orbits": (
         fa.periodic_orbits,
         {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "max_time": 20.0, **FIXED},
@@ -306,38 +315,38 @@ CALLS = {
         fa.periodic_orbits,
         {"model": SPIRAL, "z0": np.ones((3, 2)), "section": "y=0", "max_time": 20.0, "iterations": 3, "threads": 1},
     ),
-    "poincare_map": (fa.poincare_map, {"body": HH, "z0": Z4, "section": X, "crossings": 2, "max_time": 30.0, **FIXED}),
+    "poincare_map": (fa.poincare_map, {"model": HH, "z0": Z4, "section": X, "crossings": 2, "max_time": 30.0, **FIXED}),
     "polynomial_count": (fa.quantum.polynomial_count, {"levels": LEVELS}),
     "projected_packet": (
         fa.quantum.projected_packet,
-        {"body": HARMONIC, "function": gauss, **Q, "count": 10, "missing": 0.9},
+        {"model": HARMONIC, "function": gauss, **Q, "count": 10, "missing": 0.9},
     ),
-    "quantizations": (fa.quantum.quantizations, {"body": HARMONIC, **NQ}),
-    "quasiclassical_levels": (fa.quantum.quasiclassical_levels, {"body": HARMONIC, **NQ}),
-    "quasiclassical_levels.below": (fa.quantum.quasiclassical_levels, {"body": HARMONIC, "below": 4.0}),
+    "quantizations": (fa.quantum.quantizations, {"model": HARMONIC, **NQ}),
+    "quasiclassical_levels": (fa.quantum.quasiclassical_levels, {"model": HARMONIC, **NQ}),
+    "quasiclassical_levels.max_energy": (fa.quantum.quasiclassical_levels, {"model": HARMONIC, "max_energy": 4.0}),
     "ratio_web": (fa.frequencies.ratio_web, {"x": (0.5, 1.5), "y": (0.5, 1.5), "max_order": 3}),
-    "reduced": (fa.reduced, {"body": BODY, "p_eta": 0.1, "p_gamma": 0.2}),
+    "reduced_body": (fa.reduced_body, {"model": BODY, "p_eta": 0.1, "p_gamma": 0.2}),
     "resonances": (fa.resonances, {"nu": frequencies(), "max_order": 4, "threads": 1}),
-    "revivals": (fa.quantum.revivals, {"body": HARMONIC, "n": (3, 2), **Q}),
+    "revivals": (fa.quantum.revivals, {"model": HARMONIC, "n": (3, 2), **Q}),
     "rotation_number": (fa.rotation_number, {"points": POINTS}),
     "scheme_named": (fa.schemes.scheme_named, {"name": "KAHAN_LI8"}),
     "spacing_ratios": (fa.quantum.spacing_ratios, {"levels": LEVELS}),
-    "spectrum": (fa.quantum.spectrum, {"body": HARMONIC, **Q, "count": 2}),
-    "spectrum_table": (fa.quantum.spectrum_table, {"body": HARMONIC, "m": [0], "l": [0], "count": 2}),
-    "tangent_map.flow": (fa.tangent_map, {"body": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "threads": 1}),
-    "tangent_map": (fa.tangent_map, {"body": HH, "z0": Z4, **REAL_TIME}),
+    "spectrum": (fa.quantum.spectrum, {"model": HARMONIC, **Q, "count": 2}),
+    "spectrum_table": (fa.quantum.spectrum_table, {"model": HARMONIC, "m": [0], "l": [0], "count": 2}),
+    "tangent_map.flow": (fa.tangent_map, {"model": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "threads": 1}),
+    "tangent_map": (fa.tangent_map, {"model": HH, "z0": Z4, **REAL_TIME}),
     "to_matrix": (fa.charts.to_matrix, {"z": Z8}),
-    "action_angles": (fa.action_angles, {"body": BODY, "z0": Z8, "threads": 1}),
+    "action_angles": (fa.action_angles, {"model": BODY, "z0": Z8, "threads": 1}),
     "tunes": (fa.tunes, {"samples": TURNED}),
     "unfold": (fa.quantum.unfold, {"levels": LEVELS, "smooth": staircase}),
-    "wavefunction": (fa.quantum.wavefunction, {"body": HARMONIC, **Q, "n": (0, 0)}),
+    "wavefunction": (fa.quantum.wavefunction, {"model": HARMONIC, **Q, "n": (0, 0)}),
     "resonance_web": (
         fa.resonance_web,
         {"nu": np.array(np.meshgrid([0.2, 0.3, 0.4], [0.21, 0.33, 0.4])), "max_order": 3},
     ),
-    "weyl_count": (fa.quantum.weyl_count, {"body": HARMONIC, "energy": [3.0], **Q}),
+    "weyl_count": (fa.quantum.weyl_count, {"model": HARMONIC, "energy": [3.0], **Q}),
     "ChaoticFraction.interval": (method("scan", "interval"), {}),
-    "EnergyGrid.spread": (method("grid", "spread"), {"values": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]}),
+    "EnergyGrid.to_grid": (method("grid", "to_grid"), {"values": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]}),
     "LevelTable.below": (method("all", "below"), {"energy": 4.5}),
     "LevelTable.multiplets": (method("all", "multiplets"), {}),
     "LevelTable.state": (method("levels", "state"), {"k": 0}),
@@ -375,7 +384,7 @@ for _name, _make in fa.formulas.systems.SYSTEMS.items():
     _given = {name: p.default for name, p in signature(_make).parameters.items()}
     CALLS.setdefault(_name, (_make, {name: value for name, value in _given.items() if isinstance(value, float | str)}))
 
-FILES = {"explore", "load", "progress", "rerun", "resume", "save"}
+FILES = {"explore", "load", "rerun", "resume", "save", "show_progress"}
 """Functions that accept a file name, tested in results/test_recipe.py, jobs/test_jobs.py and explorer/test_engine.py,
 and the one that silences calls.
 """
@@ -385,9 +394,8 @@ CONTAINERS = {
     *("Husimi", "Islands", "LevelDiagram", "LevelTable", "FrequencyLines", "MeanRatio", "Multiplets"),
     *("Orbits", "Packet", "PeriodicOrbits", "Quantizations", "Resonances", "Revivals", "Rotation", "EnergySample"),
     *("SectionMap", "SpacingFit", "State", "TangentMap", "TimeScales", "VibrationHusimi", "VibrationState"),
-    *("ActionAngles", "TorusFit", "AngleLines", "TuneSums", "Tunes", "ResonanceLine", "Character", "Shares"),
-    *("Event", "FrequencyKind", "Interrupted", "NoGroundState", "NotReached", "OrbitError", "Stability", "Status"),
-    "Verdict",
+    *("ActionAngles", "TorusFit", "AngleLines", "TuneSums", "Tunes", "ResonanceLine", "Classification", "Shares"),
+    *("Event", "Interrupted", "NoGroundState", "NotReached", "OrbitError", "Stability", "Status"),
 }
 """Results, which hold what a function put there, enumerations and exceptions."""
 
@@ -580,10 +588,10 @@ VALUES = {
     "transformed": fa.TimeTransformed(),
     "automatic": fa.AUTO,
     "section": TURN,
-    "nested section": fa.Linear(((1.0, 0.0), 0.0, 0.0, 0.0)),
+    "nested section": fa.Hyperplane(((1.0, 0.0), 0.0, 0.0, 0.0)),
     "tuple section": fa.AlphaEquals((1.0, 2.0)),
     "section of text": fa.AlphaEquals("1"),
-    "section of a wrong direction": fa.Linear((1.0, 0, 0, 0), 0.0, "up"),
+    "section of a wrong direction": fa.Hyperplane((1.0, 0, 0, 0), 0.0, "up"),
     "section of a tuple direction": fa.AlphaTurning((1, 2)),
     "indicator": fa.MEGNO(),
     "indicators": (fa.MEGNO("x"),),
@@ -632,7 +640,7 @@ def like(value):
     return {f"argument with {name}" if not name.startswith("as") else name: entry for name, entry in changed.items()}
 
 
-OTHERS = {("EnergyGrid.spread", "values"), ("PeriodicOrbits.take", "items"), ("SectionMap.take", "items")}
+OTHERS = {("EnergyGrid.to_grid", "values"), ("PeriodicOrbits.take", "items"), ("SectionMap.take", "items")}
 """Arguments that take other things than real numbers too: values of any kind, masks."""
 
 
@@ -704,12 +712,36 @@ def base(name):
 # --- judgement ----------------------------------------------------------------------------------------------------
 
 LONG = {
-    *("time", "max_time", "step", "steps", "samples", "history", "crossings", "orbits", "levels", "count"),
-    *("multiplets", "below", "energy", "n", "period", "max_period", "axes", "accuracy", "tolerance", "order"),
-    "deviations",
+    *(
+        "time",
+        "max_time",
+        "step",
+        "max_steps",
+        "samples",
+        "history",
+        "crossings",
+        "scan_crossings",
+        "orbits",
+        "levels",
+        "count",
+    ),
+    *(
+        "multiplets",
+        "max_energy",
+        "energy",
+        "n",
+        "period",
+        "max_crossings",
+        "max_islands",
+        "axes",
+        "accuracy",
+        "tolerance",
+        "order",
+    ),
+    "deviation_vectors",
 }
 """Arguments that a user may make as long as he likes: such a run must only stop when it is told to."""
-FUNCTIONS = {"report", "judge", "make", "law", "smooth", "function", "time", "value", "slope", "curvature"}
+FUNCTIONS = {"callback", "judge", "make", "model", "law", "smooth", "function", "time", "value", "slope", "curvature"}
 """Arguments that are functions: what a given one raises is its own."""
 
 
@@ -733,8 +765,8 @@ def _ring(_, frame):
 
 
 OF_TEXTS = (
-    *("flow", "formula", "hamiltonian", "charged hamiltonian", "damped hamiltonian", "driven hamiltonian"),
-    "mapping",
+    *("ode", "affine_body", "hamiltonian", "charged hamiltonian", "damped hamiltonian", "driven hamiltonian"),
+    "iterated_map",
 )
 """Callables that take a text first, by its place."""
 

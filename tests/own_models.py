@@ -76,7 +76,7 @@ class HenonHeilesInUnits(NamedTuple):
         return np.concatenate([(z[:2] + self.origin) * self.length, z[2:] * momentum])
 
     def section(self):
-        return fa.Linear(normal=(1, 0, 0, 0), offset=self.origin * self.length)
+        return fa.Hyperplane(normal=(1, 0, 0, 0), offset=self.origin * self.length)
 
 
 class Driven(NamedTuple):

@@ -16,7 +16,7 @@ def duffing(a=0.3, w=1.2, k=-1.0, c=1.0, mass=1.0):
         "k*x**2/2 + c*x**4/4 - a*x*cos(w*t)",
         coordinates="x",
         masses=(float(mass),),
-        period="2*pi/w",
+        drive_period="2*pi/w",
         k=float(k),
         c=float(c),
         a=float(a),
@@ -71,7 +71,7 @@ def spherical(rng, orbits):
     """
     g, unit = rng.uniform(0.5, 2.0), rng.uniform(0.2, 5.0)
     text = "pt**2/2 + (s*pf)**2/(2*sin(th)**2) + g*cos(th)"
-    model = fa.hamiltonian(text, coordinates="th f", momenta="pt pf", periods={"f": "2*pi*s"}, g=g, s=unit)
+    model = fa.hamiltonian(text, coordinates="th f", momenta="pt pf", periodic={"f": "2*pi*s"}, g=g, s=unit)
     L = rng.uniform(0.25, 1.0, orbits) * rng.choice([-1, 1], orbits)
     z = np.array([rng.uniform(1.4, 2.6, orbits), rng.uniform(-9, 9, orbits), rng.uniform(-0.5, 0.5, orbits), L / unit])
     E = z[2] ** 2 / 2 + L**2 / (2 * np.sin(z[0]) ** 2) + g * np.cos(z[0])

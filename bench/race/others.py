@@ -181,7 +181,7 @@ def map_of_a_grid(cells: int = CELLS) -> dict:
 FASTAFF = """
 import numpy as np, fastaff
 z0, model = np.array([0.0, 0.1, 0.4, 0.14]), fastaff.HenonHeiles()
-m = fastaff.poincare_map(model, z0, section=fastaff.Linear((1, 0, 0, 0)), crossings=20, max_time=200.0)
+m = fastaff.poincare_map(model, z0, section=fastaff.Hyperplane((1, 0, 0, 0)), crossings=20, max_time=200.0)
 """
 STARTS = {
     "fastaff: first section": FASTAFF,

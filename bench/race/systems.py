@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from common import hyperelastic_orbits
 
-from fastaff import AlphaTurning, Body, HenonHeiles, Hyperelastic, Linear, NeoHookean
+from fastaff import AlphaTurning, Body, HenonHeiles, Hyperelastic, Hyperplane, NeoHookean
 
 CHECKED = 64
 """Orbits whose truth is known: the first of the set."""
@@ -68,8 +68,8 @@ SYSTEMS = {
     for system in (
         System("EQ2.2h", Body(Hyperelastic(1.0), 1.0), hyperelastic, hyperelastic_orbits, AlphaTurning(+1)),
         System("neo-Hookean", Body(NeoHookean(1.0, 2.0), 1.0), neo_hookean, hyperelastic_orbits, AlphaTurning(+1)),
-        System("Hénon-Heiles", HenonHeiles(), henon_heiles, henon_heiles_orbits, Linear((1, 0, 0, 0))),
-        System("Hénon-Heiles, one orbit", HenonHeiles(), henon_heiles, one_orbit, Linear((1, 0, 0, 0))),
+        System("Hénon-Heiles", HenonHeiles(), henon_heiles, henon_heiles_orbits, Hyperplane((1, 0, 0, 0))),
+        System("Hénon-Heiles, one orbit", HenonHeiles(), henon_heiles, one_orbit, Hyperplane((1, 0, 0, 0))),
     )
 }
 

@@ -34,8 +34,8 @@ PAGES: dict[str, Page] = {
         "Models",
         "Bodies, their potentials, systems of one line of mathematics, and maps.",
         {
-            "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian mapping "
-            "flow reduced one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
+            "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles affine_body hamiltonian "
+            "iterated_map ode reduced_body univariate SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
             "systems.models": f"DoublePendulum {' '.join(SYSTEMS)} "
             "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
             "ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
@@ -45,14 +45,14 @@ PAGES: dict[str, Page] = {
     "orbits": Page(
         "Orbits",
         "Integration of many orbits, with or without tangent vectors, and what became of each.",
-        {"": "integrate tangent_map Status Interrupted OrbitError progress", "runs": "Orbits TangentMap"},
+        {"": "integrate tangent_map Status Interrupted OrbitError show_progress", "runs": "Orbits TangentMap"},
     ),
     "sections": Page(
         "Sections",
         "Surfaces of section, initial conditions on them, crossings, islands.",
         {
             "": "poincare_map energy_grid energy_sample islands rotation_number AlphaTurning BetaTurning AlphaEquals "
-            "BetaEquals AreaEquals Linear",
+            "BetaEquals AreaEquals Hyperplane",
             "sections": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
             "systems.models.sections": " ".join(["Stroboscopic AngleEquals", *OWN_SECTIONS]),
         },
@@ -73,7 +73,7 @@ PAGES: dict[str, Page] = {
         "Frequency maps, frequencies of signals, resonances.",
         {
             "": "frequency_map orbit_frequencies tunes TuneAccumulator naff resonances resonance_web",
-            "frequencies": "FrequencyMap AngleLines Tunes TuneSums FrequencyKind FrequencyLines "
+            "frequencies": "FrequencyMap AngleLines Tunes TuneSums FrequencyLines "
             "Resonances ResonanceLine diffusion_histogram ratio_web",
         },
     ),
@@ -81,9 +81,9 @@ PAGES: dict[str, Page] = {
         "Chaos",
         "Indicators of chaos, maps of them, and the chaotic fraction over parameters.",
         {
-            "": "chaos_map chaotic_fraction MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum ZeroOne BirkhoffDigits "
-            "FrequencyDiffusion ReversibilityError",
-            "chaos": " ".join(["ChaosMap ChaoticFraction Shares Character TangentIndicator", *OWN_INDICATORS]),
+            "": "chaos_map chaotic_fraction Classification MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum "
+            "ZeroOneTest WeightedBirkhoff FrequencyDiffusion ReversibilityError",
+            "chaos": " ".join(["ChaosMap ChaoticFraction Shares TangentIndicator", *OWN_INDICATORS]),
         },
     ),
     "periodic": Page(
@@ -99,7 +99,7 @@ PAGES: dict[str, Page] = {
         "Actions and angles, both ways, and tori of orbits of bodies that do not separate.",
         {
             "": "action_angles from_action_angles energy_of_actions constants_of_motion fit_torus",
-            "tori": "ActionAngles EnergyOfActions TorusFit Verdict fit_samples",
+            "tori": "ActionAngles EnergyOfActions TorusFit fit_samples",
         },
     ),
     "quantum": Page(
@@ -139,11 +139,11 @@ PAGES: dict[str, Page] = {
     ),
     "jobs": Page(
         "Jobs",
-        "Many orbits as data, computed unit by unit into a store.",
+        "Many orbits as data, computed chunk by chunk into a store.",
         {
             "": "Job run resume rerun",
-            "jobs": "Model Surface Starts Run Poincare Frequencies Chaos Actions Motion Scan JobResults Progress Store "
-            "Unit compute_unit",
+            "jobs": "Model EnergySurface InitialConditions RunOptions PoincareOptions FrequencyOptions ChaosOptions "
+            "ActionAngleOptions IntegrateOptions Scan JobResults Progress Store Chunk compute_chunk",
         },
     ),
     "plot": Page("Figures", "Every function takes `ax=` and returns the artists that it made.", {"plot": "*"}),

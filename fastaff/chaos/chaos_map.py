@@ -1,4 +1,4 @@
-"""Chaos maps: indicators of many orbits in one pass, and the verdict that they give together."""
+"""Chaos maps: indicators of many orbits in one pass, and the classification that they give together."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.classification import Classification
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, flag, portion, whole
 from ..core.status import Status, describe
@@ -16,14 +17,14 @@ from ..engine.kernels.readings import LN10
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along, put
 from ..runs.flow import Flow, energy_error, mark_drift
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import checked_system
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..runs.tangent_map import stable_plan
 from ..systems.models.contracts import Dynamics
-from .indicator import MANY, Character, Indicators, IndicatorStyle, checked_indicators, judged, refuse
+from .indicator import MANY, Indicators, IndicatorStyle, checked_indicators, judged, refuse
 from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 from .streamed import ChaosRun, own_rates
@@ -31,26 +32,27 @@ from .streamed import ChaosRun, own_rates
 
 @dataclass(frozen=True)
 class ChaosMap(Result):
-    """Indicators of orbits and their verdicts.
+    """Indicators of orbits and their classifications.
 
-    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators,
-    orbits), by each orbit's own natural frequency, and the verdicts (indicators, orbits) of `Character` they give;
-    verdict (orbits,) of all together: that of the decided indicators, UNDECIDED where they disagree or none is decided;
-    longer (orbits,): the time to try where the verdict is UNDECIDED, NaN elsewhere. detected (indicators, orbits): the
-    time when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest
-    first, where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history
-    (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that
-    are not streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`.
-    looks: of the indicators in figures. t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); thresholds (indicators,
+    orbits), by each orbit's own natural frequency, and classifications (indicators, orbits), the `Classification` that
+    each gives: REGULAR, CHAOTIC or UNDECIDED; classification (orbits,) of all together: that of the decided indicators,
+    UNDECIDED where they disagree or none is decided;
+    suggested_time (orbits,): the time to try where the classification is UNDECIDED, NaN elsewhere. detection_time
+    (indicators, orbits): the time when a streamed indicator first passed its threshold, NaN where it did not. spectrum
+    (2n, orbits), the largest first, where asked for, and spectrum_error: 99 % of the exponents of endless runs are
+    within it. history (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and
+    for indicators that are not streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of
+    `spectrum_per_period`. t (orbits,) reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
     values: Annotated[np.ndarray, along("indicator", "orbit", labels="names", plain=True)]
-    limits: Annotated[np.ndarray, along("indicator", "orbit", labels="names")]
-    verdicts: Annotated[np.ndarray, along("indicator", "orbit", labels="names")]
-    verdict: Annotated[np.ndarray, along("orbit")]
-    longer: Annotated[np.ndarray, along("orbit", unit="time")]
-    detected: Annotated[np.ndarray, along("indicator", "orbit", unit="time", labels="names")]
+    thresholds: Annotated[np.ndarray, along("indicator", "orbit", labels="names")]
+    classifications: Annotated[np.ndarray, along("indicator", "orbit", labels="names")]
+    classification: Annotated[np.ndarray, along("orbit")]
+    suggested_time: Annotated[np.ndarray, along("orbit", unit="time")]
+    detection_time: Annotated[np.ndarray, along("indicator", "orbit", unit="time", labels="names")]
     spectrum: Annotated[np.ndarray | None, along("exponent", "orbit", unit="1/time")]
     spectrum_error: Annotated[np.ndarray | None, along("exponent", "orbit", unit="1/time")]
     history: Annotated[np.ndarray, along("indicator", "record", "orbit", labels="names")]
@@ -62,7 +64,7 @@ class ChaosMap(Result):
     scheme: Scheme
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     period: float | None = None
-    looks: tuple[IndicatorStyle, ...] = ()
+    _styles: tuple[IndicatorStyle, ...] = ()
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return the values of the indicator of that name."""
@@ -74,23 +76,24 @@ class ChaosMap(Result):
     @property
     def chaotic(self) -> np.ndarray:
         """Mask of the chaotic orbits (orbits,)."""
-        return self.verdict == Character.CHAOTIC
+        return self.classification == Classification.CHAOTIC
 
     @property
     def regular(self) -> np.ndarray:
         """Mask of the orbits (orbits,) that are regular, as far as the time shows."""
-        return self.verdict == Character.REGULAR
+        return self.classification == Classification.REGULAR
 
     @property
     def undecided(self) -> np.ndarray:
         """Mask of the orbits (orbits,) that did not fail and are undecided within the time."""
-        return (self.verdict == Character.UNDECIDED) & (self.status == Status.OK)
+        return (self.classification == Classification.UNDECIDED) & (self.status == Status.OK)
 
     @property
     def disagree(self) -> np.ndarray:
         """Mask of the orbits (orbits,) that one indicator calls chaotic and another regular, such as sticky ones."""
-        found = (self.verdicts == Character.CHAOTIC).any(axis=0) & (self.verdicts == Character.REGULAR).any(axis=0)
-        return found & self.undecided
+        chaotic = (self.classifications == Classification.CHAOTIC).any(axis=0)
+        regular = (self.classifications == Classification.REGULAR).any(axis=0)
+        return chaotic & regular & self.undecided
 
     @property
     def spectrum_per_period(self) -> np.ndarray | None:
@@ -101,7 +104,7 @@ class ChaosMap(Result):
 
     @property
     def shares(self) -> Shares:
-        """Orbits that did not fail by verdict, and the chaotic fraction with its bounds."""
+        """Orbits that did not fail by classification, and the chaotic fraction with its bounds."""
         fine = self.status == Status.OK
         kinds = (self.chaotic, self.regular, self.undecided)
         return Shares(*(np.count_nonzero(kind & fine) for kind in kinds))  # type: ignore[arg-type]
@@ -112,57 +115,58 @@ class ChaosMap(Result):
         return float(self.shares.fraction)
 
     def summary(self) -> str:
-        """Return one line with the outcomes of the orbits and the counts of verdicts."""
+        """Return one line with the outcomes of the orbits and the counts of classifications."""
         fine = self.status == Status.OK
-        counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
+        kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
+        counts = ", ".join(f"{(kind & fine).sum()} {name}" for name, kind in kinds.items())
         if self.undecided.any():
-            counts += f" (time {np.nanmedian(self.longer[self.undecided]):.3g} may decide)"
+            counts += f" (time {np.nanmedian(self.suggested_time[self.undecided]):.3g} may decide)"
         return describe(self.status, counts)
 
 
 @coerces_arguments(z0=starts_of, scheme=scheme_of, indicators=indicators_of)
 @records_call
 def chaos_map(
-    body: Dynamics,
+    model: Dynamics,
     z0: Starts,
     *,
     time: float,
     indicators: Indicators = (MEGNO(), SALI()),  # noqa: B008 - values
     history: int = 0,
     early_stop: bool = False,
-    deviations: ArrayLike | None = None,
+    deviation_vectors: ArrayLike | None = None,
     step: float | np.ndarray | None = None,
     scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> ChaosMap:
-    """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
+    """Tell regular from chaotic orbits of `model` from `z0` over `time` by one or more indicators.
 
     Parameters
     ----------
-    body, z0 : as in `integrate`
+    model, z0 : as in `integrate`
     time : float > 0, time
         Length of the run; for a map a number of iterates. No orbit is called regular before 100 natural periods.
     indicators : tuple of indicators or str, default (MEGNO(), SALI())
-        Such as (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own. One
+        Such as (MEGNO(), SALI(threshold=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own. One
         indicator alone, or names, will do ("sali", "megno,gali_4").
     history : int, default 0
         Number of records of the streamed indicators, equidistant in time (for an adaptive scheme the first steps past
         such times).
     early_stop : bool, default False
         End an orbit once all indicators, which must be streamed, have called it chaotic.
-    deviations : array, optional
+    deviation_vectors : array, optional
         Independent tangent vectors at the start, as in `tangent_map`; their lengths don't matter (default: columns of a
         fixed random symplectic orthogonal matrix).
-    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
+    step, scheme, rtol, atol, energy_tolerance, threads, callback : as in `integrate`
 
     Returns
     -------
     `ChaosMap`
-        Values, limits and verdicts of the indicators.
+        Values, thresholds and classifications of the indicators.
 
     Raises
     ------
@@ -171,24 +175,24 @@ def chaos_map(
 
     Notes
     -----
-    For a map, values of exponents and limits count a radian for each iterate; a spectrum takes 2n vectors where the map
-    is not symplectic. OFLI and ReversibilityError need a flow.
+    For a map, values of exponents and thresholds count a radian for each iterate; a spectrum takes 2n vectors where the
+    map is not symplectic. OFLI and ReversibilityError need a flow.
 
     All indicators of tangent vectors come from one set of vectors in one pass. The vectors move by the derivative of
     the scheme. They are made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own
-    that gives positions and momenta one unit: with other units of length, time and mass, values and verdicts are the
-    same. FLI and OFLI take their maxima over all steps. Weighted averages and the samples of ZeroOne (with fixed steps)
-    are taken in the same pass; FrequencyDiffusion and ReversibilityError make passes of their own. An indicator of an
-    orbit is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors). A fixed step is
-    used as given, or as the nearest shorter one that divides the time; a chosen step is halved, twice at most, where
-    the energy still drifts. A verdict needs evidence, stated by each indicator. Where it is missing the orbit is
-    UNDECIDED, and `longer` is a time that may decide. One passage of a saddle stretches a vector on regular orbits too:
-    by tangent vectors an orbit is chaotic only if the first one, by its largest length so far, grows by a decade beside
-    the three eighths of the run in which it grows most. Orbits at rest, and those of one degree of freedom without a
-    drive, are never chaotic.
+    that gives positions and momenta one unit: with other units of length, time and mass, values and classifications are
+    the same. FLI and OFLI take their maxima over all steps. Weighted averages and the samples of ZeroOneTest (with
+    fixed steps) are taken in the same pass; FrequencyDiffusion and ReversibilityError make passes of their own. An
+    indicator of an orbit is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors). A
+    fixed step is used as given, or as the nearest shorter one that divides the time; a chosen step is halved, twice at
+    most, where the energy still drifts. A classification needs evidence, stated by each indicator. Where it is missing
+    the orbit is UNDECIDED, and `suggested_time` is a time that may decide. One passage of a saddle stretches a vector
+    on regular orbits too: by tangent vectors an orbit is chaotic only if the first one, by its largest length so far,
+    grows by a decade beside the three eighths of the run in which it grows most. Orbits at rest, and those of one
+    degree of freedom without a drive, are never chaotic.
 
-    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one, ZeroOne and averages up to one more each,
-    FrequencyDiffusion some 15 (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the
+    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one, ZeroOneTest and averages up to one more
+    each, FrequencyDiffusion some 15 (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the
     history.
 
     References
@@ -202,11 +206,11 @@ def chaos_map(
     (array([ True, False]), array([False,  True]))
     """
     options = Options(
-        scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+        scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, callback=callback
     )
-    problem = Problem(body, z0, options)
+    problem = Problem(model, z0, options)
     time = problem.iterates("time", time)
-    system = checked_system(body)
+    system = checked_system(model)
     chosen = checked_indicators(indicators, system)
     slots = whole("history", history, 0)
     tangent = [entry for entry in chosen if entry.vectors(system.moving)]
@@ -219,17 +223,19 @@ def chaos_map(
     for k, entry in enumerate(chosen):  # a scheme may be chosen by trial
         refuse(f"indicators[{k}]", entry, system, flow)
 
-    def mapped(flow: Flow, orbits: Any, deviations: Any, report: Report | None) -> ChaosMap:
+    def mapped(flow: Flow, orbits: Any, deviation_vectors: Any, callback: Callback | None) -> ChaosMap:
         start = z[:, orbits]
         own = rates[orbits]
-        work = ChaosRun(flow, start, own, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
+        work = ChaosRun(
+            flow, start, own, time, chosen, slots=slots, early_stop=early_stop, deviation_vectors=deviation_vectors
+        )
         with partial_result_on_interrupt("chaos_map", lambda: _result(work, options.drift, True)):
             for number, run in enumerate(work.passes):
-                run(portion(report, number, len(work.passes)))
+                run(portion(callback, number, len(work.passes)))
         return _result(work, options.drift, False)
 
-    with Passes(report) as passes:
-        found = mapped(flow, slice(None), deviations, passes.take(1.0, DRIFTING))
+    with Passes(callback) as passes:
+        found = mapped(flow, slice(None), deviation_vectors, passes.take(1.0, DRIFTING))
         for halving in range(1, 1 + (HALVINGS if step is None and flow.fixed else 0)):
             drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
             if drifted.size:
@@ -237,7 +243,7 @@ def chaos_map(
                 shorter = replace(shorter, step=shorter.step / 2**halving)
                 told = passes.take(1.0, 0.5)
                 with partial_result_on_interrupt("chaos_map", functools.partial(_unfinished, found, drifted)):
-                    put(found, drifted, mapped(shorter, drifted, _of_orbits(deviations, drifted), told))
+                    put(found, drifted, mapped(shorter, drifted, _of_orbits(deviation_vectors, drifted), told))
         return found
 
 
@@ -257,9 +263,9 @@ def _unfinished(found: ChaosMap, orbits: np.ndarray) -> ChaosMap:
     return replace(found, status=status)
 
 
-def _of_orbits(deviations: Any, orbits: np.ndarray) -> Any:
+def _of_orbits(deviation_vectors: Any, orbits: np.ndarray) -> Any:
     """Return the tangent vectors at the start of some orbits, where each has its own."""
-    given = None if deviations is None else np.asarray(deviations, float)
+    given = None if deviation_vectors is None else np.asarray(deviation_vectors, float)
     return given[..., orbits] if given is not None and given.ndim == 3 and given.shape[2] > 1 else given
 
 
@@ -271,28 +277,33 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
     reached = ensemble.time if work.streams else np.where(ensemble.status == Status.OK, work.time, 0.0)
     error = energy_error(work.flow.system, ensemble)
     mark_drift(ensemble, error, tolerance)
-    detected, history, times = work.records()
-    by_detection = work.early_stop & np.isfinite(detected).all(axis=0)
+    detection_time, history, times = work.records()
+    by_detection = work.early_stop & np.isfinite(detection_time).all(axis=0)
     ensemble.status[(reached < work.time * (1 - 1e-12)) & (ensemble.status == Status.OK) & ~by_detection] = (
         Status.INTERRUPTED
     )
     sound = np.isin(ensemble.status, (Status.OK, Status.INTERRUPTED))
     phase = work.rates * reached
-    verdicts = np.array(
-        [judged(*each, phase, work.n) for each in zip(work.chosen, work.values, work.before, work.limits, strict=True)]
+    classifications = np.array(
+        [
+            judged(*each, phase, work.n)
+            for each in zip(work.chosen, work.values, work.before, work.thresholds, strict=True)
+        ]
     )
-    verdicts[:, by_detection] = Character.CHAOTIC
-    chaotic = verdicts == Character.CHAOTIC
+    classifications[:, by_detection] = Classification.CHAOTIC
+    chaotic = classifications == Classification.CHAOTIC
     followed = np.array([bool(entry.vectors(work.n)) for entry in work.chosen])
     unproved = followed[:, None] & ~(work.lasting() | by_detection) | work.rests()
-    verdicts[chaotic & unproved] = Character.UNDECIDED
+    classifications[chaotic & unproved] = Classification.UNDECIDED
     if work.planar:
-        verdicts[chaotic & (phase >= 2 * np.pi * MANY)] = Character.REGULAR
-        verdicts[chaotic & (phase < 2 * np.pi * MANY)] = Character.UNDECIDED
-    verdicts[:, ~sound] = Character.UNDECIDED
-    verdict = _together(verdicts)
+        classifications[chaotic & (phase >= 2 * np.pi * MANY)] = Classification.REGULAR
+        classifications[chaotic & (phase < 2 * np.pi * MANY)] = Classification.UNDECIDED
+    classifications[:, ~sound] = Classification.UNDECIDED
+    classification = _together(classifications)
     needed = np.max([2 * np.pi * max(MANY, entry.least) for entry in work.chosen]) / work.rates
-    longer = np.where((verdict == Character.UNDECIDED) & sound, np.maximum(needed, 4 * work.time), np.nan)
+    suggested_time = np.where(
+        (classification == Classification.UNDECIDED) & sound, np.maximum(needed, 4 * work.time), np.nan
+    )
     spectrum, spectrum_error = work.exponents()
     # Exponents are read as decades of growth.
     rates = np.array([entry.rate for entry in work.chosen])[:, None]
@@ -302,11 +313,11 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
     return ChaosMap(
         names=tuple(entry.name for entry in work.chosen),
         values=values,
-        limits=np.where(rates, work.limits * LN10 / work.time, work.limits),
-        verdicts=verdicts,
-        verdict=verdict,
-        longer=longer,
-        detected=detected,
+        thresholds=np.where(rates, work.thresholds * LN10 / work.time, work.thresholds),
+        classifications=classifications,
+        classification=classification,
+        suggested_time=suggested_time,
+        detection_time=detection_time,
         spectrum=spectrum,
         spectrum_error=spectrum_error,
         history=history,
@@ -318,12 +329,16 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         scheme=work.flow.scheme,
         step=work.flow.step,
         period=float(work.flow.model.period) if work.flow.system.driven else None,
-        looks=tuple(IndicatorStyle.of(entry) for entry in work.chosen),
+        _styles=tuple(IndicatorStyle.of(entry) for entry in work.chosen),
     )
 
 
-def _together(verdicts: np.ndarray) -> np.ndarray:
-    """Return the common verdict of the decided ones among verdicts (indicators, orbits), else UNDECIDED."""
-    chaotic = (verdicts == Character.CHAOTIC).any(axis=0)
-    regular = (verdicts == Character.REGULAR).any(axis=0)
-    return np.where(chaotic == regular, Character.UNDECIDED, np.where(chaotic, Character.CHAOTIC, Character.REGULAR))
+def _together(classifications: np.ndarray) -> np.ndarray:
+    """Return the common classification of the decided ones among classifications (indicators, orbits), else
+    UNDECIDED.
+    """
+    chaotic = (classifications == Classification.CHAOTIC).any(axis=0)
+    regular = (classifications == Classification.REGULAR).any(axis=0)
+    return np.where(
+        chaotic == regular, Classification.UNDECIDED, np.where(chaotic, Classification.CHAOTIC, Classification.REGULAR)
+    )

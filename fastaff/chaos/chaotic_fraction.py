@@ -17,7 +17,7 @@ from ..core.numbers import entries, function, numbers, portion, positive, shown,
 from ..core.status import Status
 from ..results.calls import axes_of, coerces_arguments, names_of, records_call
 from ..results.result import Result, along
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.requirements import current_system
 from ..runs.schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..runs.starts import in_rows
@@ -28,7 +28,7 @@ from .indicator import MANY, Indicators, is_indicator
 from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 
-TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
+TOO_STEEP = (Status.OUT_OF_DOMAIN, Status.NONFINITE, Status.ENERGY_DRIFT)
 """Outcomes of an orbit whose fixed step is too long for a steep wall."""
 
 
@@ -37,9 +37,9 @@ class ChaoticFraction(Result, axis=None):
     """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
 
     names and axes of the parameters; orbits of each case, 0 where the energy reaches no point; chaotic, regular and
-    undecided, those that did not fail, by the verdict of `ChaosMap`; rescued: failed orbits that were finished by the
-    second scheme; statuses (statuses, ...): orbits of each `Status`; indicators: names of the rows of medians
-    (indicators, ...), over all orbits that did not fail, and chaotic_medians, over the chaotic ones; limits
+    undecided, those that did not fail, by the classification of `ChaosMap`; recomputed: failed orbits that the fallback
+    scheme finished; statuses (statuses, ...): orbits of each `Status`; indicators: names of the rows of medians
+    (indicators, ...), over all orbits that did not fail, and chaotic_medians, over the chaotic ones; thresholds
     (indicators, ...), the medians of the orbits' own; time, (median) step and largest energy_error of each case; done:
     False for cases that Ctrl-C left out.
     """
@@ -50,12 +50,12 @@ class ChaoticFraction(Result, axis=None):
     chaotic: Annotated[np.ndarray, along("case")]
     regular: Annotated[np.ndarray, along("case")]
     undecided: Annotated[np.ndarray, along("case")]
-    rescued: Annotated[np.ndarray, along("case")]
+    recomputed: Annotated[np.ndarray, along("case")]
     statuses: Annotated[np.ndarray, along("status", "case")]
     indicators: tuple[str, ...]
     medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
     chaotic_medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
-    limits: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    thresholds: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
     time: Annotated[np.ndarray, along("case", unit="time")]
     step: Annotated[np.ndarray, along("case", unit="time")]
     energy_error: Annotated[np.ndarray, along("case", unit="largest kinetic energy")]
@@ -64,17 +64,17 @@ class ChaoticFraction(Result, axis=None):
     @property
     def failed(self) -> np.ndarray:
         """Orbits of each case that failed."""
-        return self.orbits - self.sound
+        return self.orbits - self.completed
 
     @property
     def shares(self) -> Shares:
-        """Orbits of each case by verdict, and the fractions that they give."""
+        """Orbits of each case by classification, and the fractions that they give."""
         return Shares(self.chaotic, self.regular, self.undecided)
 
     @property
-    def sound(self) -> np.ndarray:
+    def completed(self) -> np.ndarray:
         """Orbits of each case that did not fail."""
-        return self.shares.sound
+        return self.shares.completed
 
     @property
     def fraction(self) -> np.ndarray:
@@ -109,8 +109,8 @@ class ChaoticFraction(Result, axis=None):
             f"{self.orbits.size} cases: {', '.join(cases)}",
             f"{int(self.orbits.sum())} orbits: {', '.join(orbits)}",
         ]
-        if self.rescued.any():
-            parts.append(f"{int(self.rescued.sum())} of them done again with the second scheme")
+        if self.recomputed.any():
+            parts.append(f"{int(self.recomputed.sum())} of them done again with the fallback scheme")
         if np.isfinite(self.fraction).any():
             parts.append(self.shares.said())
         elif self.undecided.any():
@@ -128,12 +128,12 @@ class FoundCases(Result, axis="case"):
     chaotic: Annotated[np.ndarray, along("case")]
     regular: Annotated[np.ndarray, along("case")]
     undecided: Annotated[np.ndarray, along("case")]
-    rescued: Annotated[np.ndarray, along("case")]
+    recomputed: Annotated[np.ndarray, along("case")]
     statuses: Annotated[np.ndarray, along("outcome", "case")]
     indicators: tuple[str, ...]
     medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
     chaotic_medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
-    limits: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    thresholds: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
     time: Annotated[np.ndarray, along("case", unit="time")]
     step: Annotated[np.ndarray, along("case", unit="time")]
     energy_error: Annotated[np.ndarray, along("case", unit="largest kinetic energy")]
@@ -167,10 +167,10 @@ _ARRAYS = tuple(entry.name for entry in fields(FoundCases) if entry.name not in 
 AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
 
 
-@coerces_arguments(scheme=scheme_of, second=scheme_of, indicators=indicators_of, names=names_of, axes=axes_of)
+@coerces_arguments(scheme=scheme_of, fallback=scheme_of, indicators=indicators_of, names=names_of, axes=axes_of)
 @records_call
 def chaotic_fraction(
-    make: Callable[..., tuple[Dynamics, ArrayLike]],
+    model: Callable[..., tuple[Dynamics, ArrayLike]],
     axes: Sequence[ArrayLike],
     *,
     time: float | Callable[[Dynamics, np.ndarray], float],
@@ -179,19 +179,19 @@ def chaotic_fraction(
     early_stop: bool = False,
     step: float | None = None,
     scheme: Scheme | str | None = None,
-    second: RungeKutta | str | None = VERNER9,
+    fallback: RungeKutta | str | None = VERNER9,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> ChaoticFraction:
     """Find the share of chaotic orbits for every value of one parameter, or for every pair of values of two.
 
     Parameters
     ----------
-    make : callable
-        make(value) or make(value1, value2) returns (body, z0), z0 (2n, orbits) as of `energy_sample`. Where it raises
+    model : callable
+        model(value) or model(value1, value2) returns (body, z0), z0 (2n, orbits) as of `energy_sample`. Where it raises
         NotReached or returns an empty z0, the case is empty.
     axes : one or two arrays
         Values of the parameters.
@@ -203,9 +203,9 @@ def chaotic_fraction(
     step : float, time, optional
         Default: a trial in every case.
     scheme : as in `integrate`
-    second : adaptive scheme, default VERNER9
-        For orbits that the fixed steps of the first scheme lose at a steep wall; None for no second run.
-    rtol, atol, energy_tolerance, threads, report : as in `integrate`
+    fallback : adaptive scheme, default VERNER9
+        For orbits that the fixed steps of `scheme` lose at a steep wall; None for no second run.
+    rtol, atol, energy_tolerance, threads, callback : as in `integrate`
 
     Returns
     -------
@@ -222,9 +222,9 @@ def chaotic_fraction(
     Notes
     -----
     Each case is one run, so memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them out
-    would bias the fraction, so they run again, judged by the same limits. The share of section points (`energy_sample`)
-    is the share of the section's invariant area, not of the energy surface's volume. Cost: that of `chaos_map` for each
-    case, and a trial of steps.
+    would bias the fraction, so they run again, judged by the same thresholds. The share of section points
+    (`energy_sample`) is the share of the section's invariant area, not of the energy surface's volume. Cost: that of
+    `chaos_map` for each case, and a trial of steps.
 
     References
     ----------
@@ -239,14 +239,14 @@ def chaotic_fraction(
     array([0, 3])
     """
     values = tuple(_axis(k, axis) for k, axis in enumerate(entries("axes", axes, AXES, 1, 2)))
-    function("make", make)
+    function("model", model)
     names = texts("names", names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
     if len(names) != len(values):
         raise ValueError(f"names must be {len(values)}, one for each axis, got {names!r}")
     if not (isinstance(indicators, (tuple, list)) and indicators and all(is_indicator(entry) for entry in indicators)):
         raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {shown(indicators)}")
-    if second is not None and not (isinstance(second, RungeKutta) and second.adaptive):
-        raise TypeError(f"second must be an adaptive scheme such as fastaff.VERNER9, or None, got {second!r}")
+    if fallback is not None and not (isinstance(fallback, RungeKutta) and fallback.adaptive):
+        raise TypeError(f"fallback must be an adaptive scheme such as fastaff.VERNER9, or None, got {fallback!r}")
     if not callable(time):
         time = positive("time", time)
     run = functools.partial(
@@ -261,15 +261,15 @@ def chaotic_fraction(
     scan = _empty(names, values, tuple(entry.name for entry in indicators))
     cells = list(itertools.product(*(range(len(axis)) for axis in values)))
     for number, cell in enumerate(cells):
-        share = portion(report, number, len(cells))
+        share = portion(callback, number, len(cells))
         try:
             with partial_result_on_interrupt("chaotic_fraction", lambda: scan):
-                _fill(scan, cell, make, time, run, step, scheme, second, share)
+                _fill(scan, cell, model, time, run, step, scheme, fallback, share)
         except (TypeError, ValueError) as problem:
             at = ", ".join(f"{axis[i]:g}" for axis, i in zip(values, cell))
             raise type(problem)(f"axes at {at}: {problem}") from problem
-        if report is not None:
-            report((number + 1) / len(cells))
+        if callback is not None:
+            callback((number + 1) / len(cells))
     return scan
 
 
@@ -282,8 +282,8 @@ def _axis(k: int, axis: Any) -> np.ndarray:
 
 def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaoticFraction:
     shape = tuple(axis.size for axis in axes)
-    counts = ("orbits", "chaotic", "regular", "undecided", "rescued")
-    medians = ("medians", "chaotic_medians", "limits")
+    counts = ("orbits", "chaotic", "regular", "undecided", "recomputed")
+    medians = ("medians", "chaotic_medians", "thresholds")
     return ChaoticFraction(
         names=names,
         axes=axes,
@@ -296,25 +296,25 @@ def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tup
     )
 
 
-def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
+def _fill(scan, cell, model, time, run, step, scheme, fallback, callback) -> None:
     """Compute one case and write its numbers into the arrays of the scan."""
     try:
-        body, z0 = make(*(float(axis[i]) for axis, i in zip(scan.axes, cell)))
+        model, z0 = model(*(float(axis[i]) for axis, i in zip(scan.axes, cell)))
     except NotReached:
         scan.done[cell] = True
         return
-    system = current_system(body)
+    system = current_system(model)
     z0 = numbers("z0", in_rows("z0", z0, system))
     if z0.size == 0:
         scan.done[cell] = True
         return
     z0 = z0.reshape(z0.shape[0], -1)
-    length = positive("time", time(body, z0) if callable(time) else time)
-    found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
+    length = positive("time", time(model, z0) if callable(time) else time)
+    found = run(model, z0, time=length, step=step, scheme=scheme, callback=callback)
     lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
-    second = None if system.iterated else second  # a map has no steps
-    if second is not None and lost.size:
-        found = found.replaced(lost, run(body, z0[:, lost], time=length, scheme=second))
+    fallback = None if system.iterated else fallback  # a map has no steps
+    if fallback is not None and lost.size:
+        found = found.replaced(lost, run(model, z0[:, lost], time=length, scheme=fallback))
     fine = found.status == Status.OK
     row = (slice(None), *cell)
     with np.errstate(all="ignore"):
@@ -322,11 +322,11 @@ def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
             if chosen.any():
                 target[row] = np.median(found.values[:, chosen], axis=1)
     scan.orbits[cell] = fine.size
-    scan.rescued[cell] = np.count_nonzero(fine[lost]) if second is not None else 0
+    scan.recomputed[cell] = np.count_nonzero(fine[lost]) if fallback is not None else 0
     for name in ("chaotic", "regular", "undecided"):
         getattr(scan, name)[cell] = np.count_nonzero(getattr(found, name) & fine)
     scan.statuses[row] = np.bincount(found.status, minlength=len(Status))
-    scan.limits[row] = np.median(found.limits, axis=1)
+    scan.thresholds[row] = np.median(found.thresholds, axis=1)
     scan.time[cell] = length
     scan.step[cell] = np.median(found.step)
     scan.energy_error[cell] = found.energy_error[fine].max() if fine.any() else math.nan

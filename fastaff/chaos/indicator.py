@@ -1,20 +1,20 @@
-"""Indicators of chaos: their contract and defaults, their needs, and the verdict that follows."""
+"""Indicators of chaos: their contract and defaults, their needs, and the classification that follows."""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from enum import IntEnum
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+from ..core.classification import Classification
 from ..core.names import named
 from ..core.numbers import real
 from ..runs import observers
 from ..runs.flow import Flow
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.requirements import check_needs
 from ..systems.models.mechanics import System
 
@@ -28,19 +28,11 @@ def decades(phase: Any) -> Any:
     return np.log10(np.maximum(phase, 10.0))
 
 
-class Character(IntEnum):
-    """Verdict of an indicator on an orbit, or of all together."""
-
-    REGULAR = 0
-    CHAOTIC = 1
-    UNDECIDED = 2
-
-
 class Watch(NamedTuple):
     """An observer of the pass of tangent vectors, with `columns` numbers of an orbit in `out`.
 
     prepare(memory) sets rows of its memory (rows, orbits); read(memory, time) returns the values (orbits,) and their
-    numbers for comparison, for orbits that have come to `time` (orbits,); finish(out, report), for values that take
+    numbers for comparison, for orbits that have come to `time` (orbits,); finish(out, callback), for values that take
     long, returns them after the pass.
     """
 
@@ -48,14 +40,14 @@ class Watch(NamedTuple):
     columns: int
     prepare: Callable[[np.ndarray], None]
     read: Callable[[np.ndarray, np.ndarray], tuple[Any, Any]]
-    finish: Callable[[np.ndarray, Report | None], np.ndarray] | None = None
+    finish: Callable[[np.ndarray, Callback | None], np.ndarray] | None = None
 
 
 @runtime_checkable
 class Indicator(Protocol):
     """An indicator for `chaos_map`: a value that inherits the defaults of this class, or has all of its attributes.
 
-    name: of its row in `ChaosMap`; label: for figures, the name if there is none; limit: chaotic orbits are
+    name: of its row in `ChaosMap`; label: for figures, the name if there is none; threshold: chaotic orbits are
     above it, or below it where `above` is False, whose colours fall with the values; None stands for default(n, phase),
     by n degrees of freedom and the phases omega T (orbits,); least: natural periods before an orbit is called chaotic;
     rate: whether values are decades of growth that are shown as exponents; needs: words of NEEDS; a system or scheme
@@ -65,19 +57,19 @@ class Indicator(Protocol):
     """
 
     name: str
-    limit: Any
+    threshold: Any
     above: bool = True
     rate: bool = False
     least: float = 0.0
     needs: tuple[str, ...] = ()
 
     @abstractmethod
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
         """Return a mask (orbits,) of the orbits that look regular, from their values and those at half the time or
         other numbers for comparison.
         """
 
-    def check(self, where: str, body: Any) -> None:
+    def check(self, where: str, model: Any) -> None:
         """Raise TypeError or ValueError, with `where` in the sentence, for fields that do not suit the body."""
         return
 
@@ -90,7 +82,7 @@ class Indicator(Protocol):
         return None
 
     def compute(
-        self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
+        self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, callback: Callback | None
     ) -> tuple[np.ndarray, Any, np.ndarray]:
         """Run the flow from z0 (2n, orbits) in a pass of its own; rates (orbits,): the orbits' own angular frequencies.
 
@@ -182,8 +174,8 @@ def checked_indicators(indicators: Any, system: System) -> tuple[Any, ...]:
                 hint = f", which has no {', '.join(missing[:3])}"
             raise TypeError(f"indicators must be values of fastaff.chaos.indicators, got {entry!r}{hint}")
         where = f"indicators[{k}], {type(entry).__name__}"
-        if entry.limit is not None or not hasattr(entry, "default"):
-            real(f"{where}.limit", entry.limit)
+        if entry.threshold is not None or not hasattr(entry, "default"):
+            real(f"{where}.threshold", entry.threshold)
         entry.check(where, system.model)
         if type(entry.name) is not str or not entry.name.isidentifier():
             raise ValueError(f"{where}.name must be a name such as 'entropy', got {entry.name!r}")
@@ -195,30 +187,30 @@ def checked_indicators(indicators: Any, system: System) -> tuple[Any, ...]:
 
 
 def judged(
-    indicator: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, phase: np.ndarray, n: int
+    indicator: Any, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, phase: np.ndarray, n: int
 ) -> np.ndarray:
-    """Return the verdicts (orbits,) of `Character` on readings (orbits,) at the end and at half the time, for the
-    phases omega T.
+    """Return the classifications (orbits,) of `Classification` on readings (orbits,) at the end and at half the time,
+    for the phases omega T.
     """
     with np.errstate(invalid="ignore"):
-        beyond = value > limit if indicator.above else value < limit
-        calm = indicator.calm(value, before, limit, n)
+        beyond = value > threshold if indicator.above else value < threshold
+        calm = indicator.calm(value, before, threshold, n)
         chaotic = beyond & ~calm & (phase >= 2 * np.pi * indicator.least)
         calm = calm & (phase >= 2 * np.pi * MANY)
     return np.where(
         chaotic,
-        Character.CHAOTIC,
-        np.where(calm & ~beyond & np.isfinite(value), Character.REGULAR, Character.UNDECIDED),
+        Classification.CHAOTIC,
+        np.where(calm & ~beyond & np.isfinite(value), Classification.REGULAR, Classification.UNDECIDED),
     )
 
 
-def limit_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarray:
-    """Return the limits (orbits,) of the readings of an indicator, for n degrees of freedom at the phases omega T
+def threshold_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarray:
+    """Return the thresholds (orbits,) of the readings of an indicator, for n degrees of freedom at the phases omega T
     (orbits,).
 
     Those of an exponent are decades of growth.
     """
-    if indicator.limit is None:
+    if indicator.threshold is None:
         return indicator.default(n, phase)
-    limit = float(indicator.limit)
-    return np.full(phase.shape, limit * time / math.log(10) if indicator.rate else limit)
+    threshold = float(indicator.threshold)
+    return np.full(phase.shape, threshold * time / math.log(10) if indicator.rate else threshold)

@@ -1,13 +1,13 @@
 """Indicators of chaos, as values: the quantity that each measures, and its rule for chaotic and regular orbits.
 
-Every indicator has a `limit`: chaotic orbits are above it, or below it where `above` is False. The default limits
-follow from how an indicator of a regular orbit can grow or fall. With the phase x = omega T, omega the orbit's own
-natural angular frequency, tangent vectors grow at most like x (shear between tori) and alignments fall at most as the
-powers stated, while those of chaotic orbits are exponential. Four factors of ten (MARGIN) lie between. So chaos is seen
-where lambda T is above about ln(10^4 x), and where the indicator still changes: a strong shear that tears vectors apart
-at once leaves them beyond a limit on regular orbits too. An orbit that is not chaotic is regular only if the indicator
-changed since half the time as it does on tori (`calm`), over a hundred natural periods or more. Other orbits are
-undecided, and a longer time decides them.
+Every indicator has a `threshold`: chaotic orbits are above it, or below it where `above` is False. The default
+thresholds follow from how an indicator of a regular orbit can grow or fall. With the phase x = omega T, omega the
+orbit's own natural angular frequency, tangent vectors grow at most like x (shear between tori) and alignments fall at
+most as the powers stated, while those of chaotic orbits are exponential. Four factors of ten (MARGIN) lie between. So
+chaos is seen where lambda T is above about ln(10^4 x), and where the indicator still changes: a strong shear that tears
+vectors apart at once leaves them beyond a threshold on regular orbits too. An orbit that is not chaotic is regular only
+if the indicator changed since half the time as it does on tori (`calm`), over a hundred natural periods or more. Other
+orbits are undecided, and a longer time decides them.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from ..engine.kernels import readings
 from ..runs.requirements import current_system
 from ..systems.models.mechanics import System
 from .indicator import VectorIndicator, decades, is_indicator
-from .pass_indicators import BirkhoffDigits, FrequencyDiffusion, ReversibilityError, ZeroOne
+from .pass_indicators import FrequencyDiffusion, ReversibilityError, WeightedBirkhoff, ZeroOneTest
 
 MARGIN = 4.0
-"""Decades between the largest growth of tangent vectors on a regular orbit and the limit above which an orbit is
+"""Decades between the largest growth of tangent vectors on a regular orbit and the threshold above which an orbit is
 chaotic.
 """
 
@@ -45,15 +45,15 @@ def moving_rows(system: System) -> int:
 class _Growth(VectorIndicator):
     """Decades by which vectors grow."""
 
-    def reads(self, limit: float) -> float:
+    def reads(self, threshold: float) -> float:
         """Return the value of a regular orbit."""
-        return 0.0 if self.rate else limit - MARGIN
+        return 0.0 if self.rate else threshold - MARGIN
 
     def default(self, n: int, phase: Any) -> Any:
-        """Return the limit that follows from the phase x."""
+        """Return the threshold that follows from the phase x."""
         return MARGIN + decades(phase)
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
         """Tell where they rose since half the time as a power below the square would, and a swing."""
         return value - before < math.log10(2.0) + SLACK
 
@@ -63,15 +63,15 @@ class _Volume(VectorIndicator):
 
     above = False
 
-    def reads(self, limit: float) -> float:
+    def reads(self, threshold: float) -> float:
         """Return the value of a regular orbit."""
         return 0.0
 
     def default(self, n: int, phase: Any) -> Any:
-        """Return the limit that follows from the phase x."""
+        """Return the threshold that follows from the phase x."""
         return -MARGIN - self._power(n) * decades(phase)
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
         """Tell where they fell since half the time no faster than the power that their count allows, and a swing."""
         return before - value < self._power(n) * math.log10(2.0) + SLACK
 
@@ -85,7 +85,7 @@ class Lyapunov(_Growth):
 
     Parameters
     ----------
-    limit : float, 1/time, optional
+    threshold : float, 1/time, optional
         Chaotic above it (default: ln(10^4 x)/T, with x = omega T).
 
     References
@@ -98,7 +98,7 @@ class Lyapunov(_Growth):
     array([ True])
     """
 
-    limit: float | None = None
+    threshold: float | None = None
     name = "lyapunov"
     label = r"Lyapunov exponent $\lambda_1$ (per unit time)"
     rate = True
@@ -112,11 +112,11 @@ class LyapunovSpectrum(_Growth):
 
     They are in `ChaosMap.spectrum` and `.spectrum_error`. n vectors suffice: they start as half of a symplectic basis,
     whose QR factors obey R_ii R_(2n+1-i) = 1, so the other exponents are the negatives. Where 2n vectors run anyway,
-    for GALI(2n) or as `deviations`, all are computed.
+    for GALI(2n) or as `deviation_vectors`, all are computed.
 
     Parameters
     ----------
-    limit : float, 1/time, optional
+    threshold : float, 1/time, optional
         Chaotic above it, as in `Lyapunov`.
 
     References
@@ -130,7 +130,7 @@ class LyapunovSpectrum(_Growth):
     array([0.])
     """
 
-    limit: float | None = None
+    threshold: float | None = None
     name = "largest"
     label = Lyapunov.label
     rate = True
@@ -148,7 +148,7 @@ class FLI(_Growth):
 
     Parameters
     ----------
-    limit : float, decades, optional
+    threshold : float, decades, optional
         Chaotic above it (default: 4 + log10 x, with x = omega T).
 
     References
@@ -161,7 +161,7 @@ class FLI(_Growth):
     array([ True])
     """
 
-    limit: float | None = None
+    threshold: float | None = None
     name = "fli"
     label = r"FLI, largest $\log_{10}|w|$"
     reading = staticmethod(readings.largest_length)
@@ -175,7 +175,7 @@ class OFLI(_Growth):
 
     Parameters
     ----------
-    limit : float, decades, optional
+    threshold : float, decades, optional
         Chaotic above it (default: 4 + log10 x, with x = omega T).
 
     References
@@ -188,7 +188,7 @@ class OFLI(_Growth):
     array([ True])
     """
 
-    limit: float | None = None
+    threshold: float | None = None
     name = "ofli"
     label = r"OFLI, largest $\log_{10}|w_\perp|$"
     reading = staticmethod(readings.largest_across)
@@ -203,7 +203,7 @@ class MEGNO(VectorIndicator):
 
     Parameters
     ----------
-    limit : float, default 5
+    threshold : float, default 5
         Chaotic above it.
 
     References
@@ -216,16 +216,16 @@ class MEGNO(VectorIndicator):
     array([2.])
     """
 
-    limit: float = 5.0
+    threshold: float = 5.0
     name = "megno"
     label = r"MEGNO $\langle Y\rangle$"
     reading = staticmethod(readings.mean_megno)
 
-    def reads(self, limit: float) -> float:
+    def reads(self, threshold: float) -> float:
         """Return the value of a regular orbit."""
         return 2.0
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
         """Tell where it is close to 2, or falls: it doubles where growth is exponential."""
         return (value < 2.5) | (value < 0.95 * before)
 
@@ -239,7 +239,7 @@ class SALI(_Volume):
 
     Parameters
     ----------
-    limit : float, decades, optional
+    threshold : float, decades, optional
         Chaotic below it (default: -4 - log10 x, with x = omega T).
 
     References
@@ -252,7 +252,7 @@ class SALI(_Volume):
     array([ True])
     """
 
-    limit: float | None = None
+    threshold: float | None = None
     name = "sali"
     label = r"$\log_{10}$ SALI"
     count = 2
@@ -270,7 +270,7 @@ class GALI(_Volume):
     ----------
     count : int, 2 to 2n
         Number k of vectors.
-    limit : float, decades, optional
+    threshold : float, decades, optional
         Chaotic below it (default: -4 - (k - 1 + 2 max(0, k - n)) log10 x, x = omega T, which covers degenerate
         frequencies too).
 
@@ -285,7 +285,7 @@ class GALI(_Volume):
     """
 
     count: int
-    limit: float | None = None
+    threshold: float | None = None
     reading = staticmethod(readings.volume)
 
     @property
@@ -303,11 +303,11 @@ class GALI(_Volume):
         """Return the arguments of the reading beside the growth."""
         return (float(self.count),)
 
-    def check(self, where: str, body: Any) -> None:
+    def check(self, where: str, model: Any) -> None:
         """Refuse a count that is not 2 to 2n."""
-        rows = moving_rows(current_system(body))
+        rows = moving_rows(current_system(model))
         if not 2 <= whole(f"{where}.count", self.count, 2) <= rows:
-            raise ValueError(f"GALI.count must be 2 ... {rows} for {type(body).__name__}, got {self.count}")
+            raise ValueError(f"GALI.count must be 2 ... {rows} for {type(model).__name__}, got {self.count}")
 
 
 _KNOWN: tuple[Any, ...] = (
@@ -317,13 +317,13 @@ _KNOWN: tuple[Any, ...] = (
     FLI(),
     OFLI(),
     Lyapunov(),
-    BirkhoffDigits(),
+    WeightedBirkhoff(),
     FrequencyDiffusion(),
-    ZeroOne(),
+    ZeroOneTest(),
     ReversibilityError(),
 )
 INDICATORS: dict[str, Any] = {**{entry.name: entry for entry in _KNOWN}, "spectrum": LyapunovSpectrum()}
-"""Indicators with their default limits, by name."""
+"""Indicators with their default thresholds, by name."""
 
 
 def indicator_names(text: str, option: str = "indicators") -> tuple[str, ...]:

@@ -21,12 +21,13 @@ class TangentIndicator(VectorIndicator):
     """An indicator of your own: a reading of the growth of tangent vectors, beside the others in the same pass.
 
     name: that of its row in `ChaosMap`; ``reading(growth, i, *parameters)``: a Python function that Numba compiles (or
-    one that it has compiled) and that returns the number for lane i of `fastaff.engine.kernels.readings.Growth`; limit:
-    chaotic orbits are above it, or below it where `above` is False; count: number of tangent vectors it needs, 1 to 2n;
-    parameters: floats for the reading, other values compile nothing; across_flow: whether it needs the part of the
-    first vector across the flow; judge(value, before, limit, n): a mask (orbits,) of orbits that look regular, from the
-    readings at the end and at half the time, called with arrays (default: those whose reading changed by less than
-    log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). An orbit whose reading is NaN is undecided.
+    one that it has compiled) and that returns the number for lane i of `fastaff.engine.kernels.readings.Growth`;
+    threshold: chaotic orbits are above it, or below it where `above` is False; count: number of tangent vectors it
+    needs, 1 to 2n; parameters: floats for the reading, other values compile nothing; across_flow: whether it needs the
+    part of the first vector across the flow; judge(value, before, threshold, n): a mask (orbits,) of orbits that look
+    regular, from the readings at the end and at half the time, called with arrays (default: those whose reading changed
+    by less than log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). An orbit whose reading is NaN is
+    undecided.
 
     :Raises: nothing itself: `chaos_map` checks it.
     :Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
@@ -34,23 +35,23 @@ class TangentIndicator(VectorIndicator):
     Examples
     --------
     >>> from fastaff.engine.kernels.readings import length
-    >>> own = fa.chaos.TangentIndicator("own", lambda growth, i: length(growth, 0, i), limit=9.0)
+    >>> own = fa.chaos.TangentIndicator("own", lambda growth, i: length(growth, 0, i), threshold=9.0)
     >>> fa.chaos_map(fa.models.StandardMap(6.0), [2.0, 0.1], time=500, indicators=own).chaotic
     array([ True])
     """
 
     name: str
     reading: Callable[..., float]
-    limit: float
+    threshold: float
     above: bool = True
     count: int = 1
     parameters: tuple[float, ...] = ()
     across_flow: bool = False
     judge: Callable[..., np.ndarray] | None = None
 
-    def check(self, where: str, body: Any) -> None:
+    def check(self, where: str, model: Any) -> None:
         """Refuse fields of wrong kinds or values."""
-        rows = moving_rows(current_system(body))
+        rows = moving_rows(current_system(model))
         if not inspect.isfunction(getattr(self.reading, "py_func", self.reading)):
             raise TypeError(f"{where}.reading must be a function reading(growth, i, *parameters), got {self.reading!r}")
         if self.judge is not None and not inspect.isfunction(self.judge):
@@ -64,10 +65,10 @@ class TangentIndicator(VectorIndicator):
         flag(f"{where}.above", self.above)
         flag(f"{where}.across_flow", self.across_flow)
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
         """Return a mask of the orbits that look regular."""
         if self.judge is not None:
-            said = self.judge(value, before, limit, n)
+            said = self.judge(value, before, threshold, n)
             if not isinstance(said, np.ndarray) or said.dtype != bool or said.shape != value.shape:
                 raise TypeError(
                     f"judge of the indicator {self.name} must return an array of {value.size} True or False, got "

@@ -11,17 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from ..core.classification import Classification
 from ..core.numbers import fits, whole
 from ..core.status import Status
 from ..engine.kernels import birkhoff
 from ..engine.kernels.samples import ROWS
-from ..frequencies.frequencies import FrequencyKind
-from ..frequencies.frequency_map import FrequencyWork, checked_angles
+from ..frequencies.frequency_map import FrequencyWork, checked_signals
 from ..frequencies.map_frequencies import map_frequencies_of
 from ..frequencies.turning import CHANGED
 from ..runs import observers
 from ..runs.flow import Flow, no_memory
-from ..runs.launch import Report, launch, units
+from ..runs.launch import Callback, launch, units
 from ..runs.requirements import current_system
 from ..runs.scales import motion
 from ..systems.models.contracts import Angles
@@ -46,7 +46,7 @@ beyond those of the motion.
 """
 
 TOLD = 8.0
-"""Decades of diffusion below the limit that figures show."""
+"""Decades of diffusion below the threshold that figures show."""
 
 LEAST_SAMPLES = 400
 """Least number of samples of the 0-1 test if none is asked for."""
@@ -56,7 +56,7 @@ MOST_SAMPLES = 4000
 
 
 @dataclass(frozen=True)
-class BirkhoffDigits(Indicator):
+class WeightedBirkhoff(Indicator):
     """Digits to which weighted Birkhoff averages of the squared kinetic energy over both halves of the run agree.
 
     Chaotic orbits reach about log10(T)/2. (The average of the kinetic energy itself converges on chaotic orbits too
@@ -65,7 +65,7 @@ class BirkhoffDigits(Indicator):
 
     Parameters
     ----------
-    limit : float, digits, default 5
+    threshold : float, digits, default 5
         Regular from it on; chaotic below it after 10^4 natural periods.
 
     References
@@ -74,12 +74,12 @@ class BirkhoffDigits(Indicator):
 
     Examples
     --------
-    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=2000.0, indicators=fa.BirkhoffDigits()).regular
+    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=2000.0, indicators=fa.WeightedBirkhoff()).regular
     array([ True])
     """
 
-    limit: float = 5.0
-    name = "birkhoff_digits"
+    threshold: float = 5.0
+    name = "weighted_birkhoff"
     label = "digits of Birkhoff averages"
     above = False
     least = BEATS
@@ -98,13 +98,13 @@ class BirkhoffDigits(Indicator):
 
         return Watch(observers.averages(flow.model, flow.vectors, time), 0, lambda memory: None, read)
 
-    def reads(self, limit: float) -> float:
+    def reads(self, threshold: float) -> float:
         """Return the value of a regular orbit."""
-        return 2.0 * limit
+        return 2.0 * threshold
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
         """Tell where the averages agree."""
-        return value >= limit
+        return value >= threshold
 
 
 @dataclass(frozen=True)
@@ -114,10 +114,10 @@ class FrequencyDiffusion(Indicator):
 
     Parameters
     ----------
-    limit : float, optional
+    threshold : float, optional
         Chaotic above it (default: a difference of 0.3 cycles over a half; those of regular orbits agree much better
         once the halves resolve them).
-    angles : as in `frequency_map`, which runs in a pass of its own
+    signals : as in `frequency_map`, which runs in a pass of its own
 
     References
     ----------
@@ -129,59 +129,59 @@ class FrequencyDiffusion(Indicator):
     array([ True])
     """
 
-    limit: float | None = None
-    angles: Angles | None = None
+    threshold: float | None = None
+    signals: Angles | None = None
     name = "frequency_diffusion"
     label = r"diffusion  $\log_{10}|\Delta\nu|$ (cycles per natural period)"
     least = MANY
     needs = ("energy",)
 
-    def check(self, where: str, body: Any) -> None:
+    def check(self, where: str, model: Any) -> None:
         """Refuse angles that the body does not have."""
-        if current_system(body).energetic:
-            checked_angles(self.angles, body)
+        if current_system(model).energetic:
+            checked_signals(self.signals, model)
 
-    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
+    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, callback: Callback | None) -> tuple:
         """Return the values, NaN where they are no evidence: close lines change the halves of regular orbits, too."""
         if flow.system.iterated:
             found = map_frequencies_of(flow, z0, int(time))
             value = found.diffusion + np.log10(2 * math.pi)
             return np.where(found.status == Status.OK, value, np.nan), np.nan, found.status
-        work = FrequencyWork(flow, checked_angles(self.angles, flow.model), z0, time, None, report)
+        work = FrequencyWork(flow, checked_signals(self.signals, flow.model), z0, time, None, callback)
         work.run()
         found = work.result()
         value = found.diffusion - np.log10(rates / (2 * math.pi))
-        moving = np.any(found.halves != 0, axis=(0, 1))
-        vague = (found.kind == FrequencyKind.UNDECIDED) & moving
-        beside = (found.kind != FrequencyKind.IRREGULAR) & (time / 2 * 10.0**found.diffusion > CHANGED)
+        moving = np.any(found.nu_halves != 0, axis=(0, 1))
+        vague = (found.classification == Classification.UNDECIDED) & moving
+        beside = (found.classification != Classification.IRREGULAR) & (time / 2 * 10.0**found.diffusion > CHANGED)
         known = (found.status == Status.OK) & ~vague & ~beside
         return np.where(known, value, np.nan), np.nan, found.status
 
-    def reads(self, limit: float) -> float:
+    def reads(self, threshold: float) -> float:
         """Return the value of a regular orbit."""
-        return limit - TOLD
+        return threshold - TOLD
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
         """Tell where the frequencies agree to a third of the difference that counts as chaos."""
-        return value < limit - 0.5
+        return value < threshold - 0.5
 
     def default(self, n: int, phase: Any) -> Any:
-        """Return the limit that follows from the phase x."""
+        """Return the threshold that follows from the phase x."""
         return np.log10(0.6 * 2 * math.pi / phase)
 
 
 @dataclass(frozen=True)
-class ZeroOne(Indicator):
+class ZeroOneTest(Indicator):
     """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular,
     1 chaotic.
 
     K of regular orbits falls like 1/samples, that of weakly chaotic ones may be as small before their displacements
-    have grown. An orbit is regular below 50/samples and below 1 - limit, with half a radian of 2 pi/omega or more
+    have grown. An orbit is regular below 50/samples and below 1 - threshold, with half a radian of 2 pi/omega or more
     between samples, else undecided. Cost: samples^2 operations an orbit.
 
     Parameters
     ----------
-    limit : float, default 0.7
+    threshold : float, default 0.7
         Chaotic above it after 300 natural periods (beats look alike before).
     samples : int >= 100, optional
         Samples of the kinetic energy at some of the steps (default: five in 2 pi/omega, at least 400, at most 4000), of
@@ -193,18 +193,18 @@ class ZeroOne(Indicator):
 
     Examples
     --------
-    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=3000.0, indicators=fa.ZeroOne()).regular
+    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=3000.0, indicators=fa.ZeroOneTest()).regular
     array([ True])
     """
 
-    limit: float = 0.7
+    threshold: float = 0.7
     samples: int | None = None
-    name = "zero_one"
+    name = "zero_one_test"
     label = "0-1 test $K$"
     least = 3 * MANY
     needs = ("energy",)
 
-    def check(self, where: str, body: Any) -> None:
+    def check(self, where: str, model: Any) -> None:
         """Refuse too few samples."""
         if self.samples is not None:
             whole(f"{where}.samples", self.samples, 100)
@@ -227,38 +227,42 @@ class ZeroOne(Indicator):
         seen = self._equidistant if flow.adaptive else flow.steps(time)
         stride = np.maximum(1, seen // wanted)
         counts = np.minimum(wanted, seen // stride).astype(np.int64)
-        fits("ZeroOne.samples", rates.size, int(counts.max()))
+        fits("ZeroOneTest.samples", rates.size, int(counts.max()))
         sparse = flow.system.iterated | (time * rates * stride / seen > DENSE)
         quiet = np.where(sparse, QUIET / counts, 0.0)
 
         def prepare(memory: np.ndarray) -> None:
             memory[ROWS.stride] = memory[ROWS.left] = stride
 
-        def finish(out: np.ndarray, report: Report | None) -> np.ndarray:
-            return median_correlation(out, counts, flow.threads, report)
+        def finish(out: np.ndarray, callback: Callback | None) -> np.ndarray:
+            return median_correlation(out, counts, flow.threads, callback)
 
         observer = observers.kinetic_samples(flow.model, flow.vectors)
         return Watch(observer, int(counts.max()), prepare, lambda memory, reached: (np.nan, quiet), finish)
 
-    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
+    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, callback: Callback | None) -> tuple:
         """Return the values, the reference values, and the statuses, of an adaptive scheme's equidistant states."""
         watch = self._sampled(flow, time, rates)
         ensemble = flow.ensemble(z0.copy())
         memory = np.zeros((watch.observer.rows, rates.size))
         out = np.zeros((rates.size, watch.columns))
         watch.prepare(memory)
-        flow.advance(ensemble, watch.observer, memory, out, time=time, observations=self._equidistant, report=report)
-        found = watch.finish(out, report)  # type: ignore[misc]
+        flow.advance(
+            ensemble, watch.observer, memory, out, time=time, observations=self._equidistant, callback=callback
+        )
+        found = watch.finish(out, callback)  # type: ignore[misc]
         _, quiet = watch.read(memory, ensemble.time)
         return np.where(ensemble.status == Status.OK, found, np.nan), quiet, ensemble.status
 
-    def reads(self, limit: float) -> float:
+    def reads(self, threshold: float) -> float:
         """Return the value of a regular orbit."""
         return 0.0
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell where K is as close to 0 as the limit is to 1, or closer, and as that many samples allow (`before`)."""
-        return np.abs(value) < np.minimum(1.0 - limit, before)
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
+        """Tell where K is as close to 0 as the threshold is to 1, or closer, and as that many samples allow
+        (`before`).
+        """
+        return np.abs(value) < np.minimum(1.0 - threshold, before)
 
 
 @dataclass(frozen=True)
@@ -270,7 +274,7 @@ class ReversibilityError(Indicator):
 
     Parameters
     ----------
-    limit : float, decades, optional
+    threshold : float, decades, optional
         Chaotic above it (default: -13 + 2 log10 x, at most -2, with x = omega T).
 
     References
@@ -283,19 +287,19 @@ class ReversibilityError(Indicator):
     array([ True])
     """
 
-    limit: float | None = None
+    threshold: float | None = None
     name = "reversibility_error"
     label = r"$\log_{10}$ reversibility error"
     needs = ("energy", "flow", "splitting")
 
-    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
+    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, callback: Callback | None) -> tuple:
         """Return the values, NaN, and the statuses."""
 
         def run(z: np.ndarray, status: Any) -> Any:
             ensemble = flow.ensemble(z)
             ensemble.status[:] = status
             nothing = observers.nothing()
-            flow.advance(ensemble, nothing, *no_memory(ensemble), time=time, observations=1, report=report)
+            flow.advance(ensemble, nothing, *no_memory(ensemble), time=time, observations=1, callback=callback)
             return ensemble
 
         momenta_turned = np.repeat([1.0, -1.0], flow.model.degrees_of_freedom)[:, None]
@@ -307,23 +311,23 @@ class ReversibilityError(Indicator):
         return np.where(back.status == Status.OK, value, np.nan), np.nan, back.status
 
     def default(self, n: int, phase: Any) -> Any:
-        """Return the limit that follows from the phase x."""
+        """Return the threshold that follows from the phase x."""
         return np.minimum(-2.0, -13.0 + 2 * decades(phase))
 
-    def reads(self, limit: float) -> float:
+    def reads(self, threshold: float) -> float:
         """Return the value of a regular orbit."""
-        return limit - 4.0
+        return threshold - 4.0
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell where it is a hundred times below the limit."""
-        return value < limit - 2.0
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
+        """Tell where it is a hundred times below the threshold."""
+        return value < threshold - 2.0
 
 
-def median_correlation(samples: np.ndarray, counts: np.ndarray, threads: int, report: Report | None) -> np.ndarray:
+def median_correlation(samples: np.ndarray, counts: np.ndarray, threads: int, callback: Callback | None) -> np.ndarray:
     """Return K (orbits,) of the 0-1 test on samples (orbits, columns), the first `counts` of each row."""
     orbits = len(samples)
     angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
     cosine = np.cos(np.arange(counts.max() // 10)[:, None] * angles)
     result = np.full(orbits, np.nan)
-    launch(correlations.zero_one, (samples, counts, cosine, result), units(orbits, 1), float(orbits), threads, report)
+    launch(correlations.zero_one, (samples, counts, cosine, result), units(orbits, 1), float(orbits), threads, callback)
     return result

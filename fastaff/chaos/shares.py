@@ -10,15 +10,15 @@ from ..core.numbers import positive
 
 
 class Shares(NamedTuple):
-    """Numbers of orbits by verdict, of one set or an array of sets, and the chaotic fraction that they give."""
+    """Numbers of orbits by classification, of one set or an array of sets, and the chaotic fraction that they give."""
 
     chaotic: np.ndarray
     regular: np.ndarray
     undecided: np.ndarray
 
     @property
-    def sound(self) -> np.ndarray:
-        """Orbits that have a verdict, UNDECIDED or not."""
+    def completed(self) -> np.ndarray:
+        """Orbits that have a classification, UNDECIDED or not."""
         return self.chaotic + self.regular + self.undecided
 
     @property
@@ -29,7 +29,7 @@ class Shares(NamedTuple):
     @property
     def bounds(self) -> np.ndarray:
         """Shares (2, ...) if all undecided orbits were regular, and if all were chaotic."""
-        return np.array([_share(self.chaotic, self.sound), _share(self.chaotic + self.undecided, self.sound)])
+        return np.array([_share(self.chaotic, self.completed), _share(self.chaotic + self.undecided, self.completed)])
 
     def interval(self, sigmas: float = 1.959964) -> np.ndarray:
         """Return ends (2, ...) of the interval of the fraction that the number of decided orbits leaves open.
@@ -54,11 +54,11 @@ class Shares(NamedTuple):
         undecided, the bounds for all orbits come first.
         """
         if not np.isfinite(self.fraction).any():
-            return f"chaotic fraction unknown: none of {int(np.sum(self.sound))} orbits is decided"
+            return f"chaotic fraction unknown: none of {int(np.sum(self.completed))} orbits is decided"
         ends = f"95 %: {_span(self.interval())}"
         if not np.any(self.undecided):
             return f"chaotic fraction {_span(self.fraction)} ({ends})"
-        share = _span(100 * _share(self.undecided, self.sound), 1)
+        share = _span(100 * _share(self.undecided, self.completed), 1)
         return (
             f"chaotic fraction {_span(self.bounds)} of all orbits, {share} % of them undecided; "
             f"{_span(self.fraction)} of the decided ones ({ends})"

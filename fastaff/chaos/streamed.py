@@ -17,13 +17,13 @@ from ..engine.kernels import readings
 from ..engine.kernels.deviations import ROWS, layout
 from ..runs import observers
 from ..runs.flow import Ensemble, Flow, no_memory
-from ..runs.launch import Report, early
+from ..runs.launch import Callback, early
 from ..runs.options import Plan
 from ..runs.requirements import carried
 from ..runs.scales import motion, natural_rates
 from ..runs.tangent_map import checked_deviations
 from ..systems.models.mechanics import System
-from .indicator import Indicator, VectorIndicator, Watch, limit_of
+from .indicator import Indicator, VectorIndicator, Watch, threshold_of
 
 DEPENDENT = 1e-10
 """Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction.
@@ -51,7 +51,7 @@ LASTING = 1.0
 """Decades by which the first vector must grow in the other parts before an orbit is called chaotic. 99 in 100 of 714
 regular orbits, 1e-1 to 1e-10 beside the separatrices of pendulums, wells, products of two and McMillan maps, have 0.6
 decades there or less; 99 in 100 chaotic ones of Henon-Heiles, standard maps and driven pendulums more than 1, where a
-limit is passed at all.
+threshold is passed at all.
 """
 
 UNMOVED = 1e-9
@@ -69,13 +69,13 @@ see more of it.
 
 
 class _Envelope(VectorIndicator):
-    """The largest growth of the first vector so far, which every verdict on vectors rests on."""
+    """The largest growth of the first vector so far, which every classification on vectors rests on."""
 
     name = "envelope"
-    limit = -math.inf
+    threshold = -math.inf
     reading = staticmethod(readings.largest_length)
 
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+    def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
         """Tell nothing."""
         return np.zeros(value.shape, bool)
 
@@ -108,11 +108,11 @@ def scales(system: System, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
     return np.concatenate([own, 1 / own])
 
 
-def _unit_vectors(deviations: Any, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _unit_vectors(deviation_vectors: Any, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return given tangent vectors with unit length in the scale, and the logarithms (count, orbits) of their
     volumes.
     """
-    given = checked_deviations(deviations, scale)
+    given = checked_deviations(deviation_vectors, scale)
     with np.errstate(all="ignore"):
         given = given / np.abs(given).max(axis=1, keepdims=True)  # squares must neither overflow nor vanish
         given = given * scale / length((given * scale).transpose(1, 0, 2))[:, None]
@@ -120,8 +120,8 @@ def _unit_vectors(deviations: Any, scale: np.ndarray) -> tuple[np.ndarray, np.nd
     factors = np.abs(np.diagonal(np.linalg.qr(unit, mode="r"), axis1=1, axis2=2))
     if len(given) > len(scale) or not (factors > DEPENDENT).all():
         raise ValueError(
-            f"deviations must be at most {len(scale)} linearly independent vectors, got {len(given)} that depend or "
-            "vanish"
+            f"deviation_vectors must be at most {len(scale)} linearly independent vectors, got {len(given)} that "
+            "depend or vanish"
         )
     return given / scale, np.log(factors).T
 
@@ -160,7 +160,7 @@ class ChaosRun:
         *,
         slots: int,
         early_stop: bool,
-        deviations: Any,
+        deviation_vectors: Any,
     ):
         self.flow = flow
         self.z0 = z0
@@ -174,11 +174,11 @@ class ChaosRun:
         self.orbits = z0.shape[1]
         self.degrees = flow.model.degrees_of_freedom
         self.scale = scales(flow.system, z0, rates)
-        self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
+        self.thresholds = np.array([threshold_of(entry, self.n, self.rates * time, time) for entry in chosen])
         self.tangent: list[tuple[int, Any]] = [(j, entry) for j, entry in enumerate(chosen) if entry.vectors(self.n)]
         if not flow.adaptive:  # the steps asked for, or the nearest shorter ones that divide the time
             self.flow = flow.fitted(time)
-        start = self._start(deviations) if self.tangent else None
+        start = self._start(deviation_vectors) if self.tangent else None
         watches = [(j, entry.watch(self.flow, time, self.rates)) for j, entry in enumerate(chosen)]
         self.watches: list[tuple[int, Watch]] = [(j, watch) for j, watch in watches if watch is not None]
         self.streams = bool(self.tangent or self.watches)
@@ -236,8 +236,8 @@ class ChaosRun:
         """Set the rows of the memory that the stream only reads, and the columns."""
         growth = self.growth
         growth.columns[:: self.k + 1] = 1.0
-        growth.limits[:-1] = self.limits[[j for j, _ in self.tangent]]
-        growth.limits[-1] = ENVELOPE.limit
+        growth.thresholds[:-1] = self.thresholds[[j for j, _ in self.tangent]]
+        growth.thresholds[-1] = ENVELOPE.threshold
         growth.signs[:-1] = np.array([1.0 if entry.above else -1.0 for _, entry in self.tangent])[:, None]
         growth.signs[-1] = 1.0
         growth.metric[:] = self._whole(self.scale**2)
@@ -261,21 +261,23 @@ class ChaosRun:
         between = np.where(steps % parts == 0, steps // parts, 1)
         return np.minimum(stride.astype(np.int64), between & -between)
 
-    def _start(self, deviations: Any) -> np.ndarray:
+    def _start(self, deviation_vectors: Any) -> np.ndarray:
         """Return the tangent vectors at the start, and make the flow carry them."""
         needed = max(entry.vectors(self.n) for _, entry in self.tangent)
         whole = min(2 * self.n, self.flow.system.rows)
         if self.spectrum and not self.paired:
             needed = whole
-        if deviations is None:
+        if deviation_vectors is None:
             start = frame(self.flow.system, needed)[:, :, None] / self.scale
             self.first = np.zeros((needed, 1))
         else:
-            start, self.first = _unit_vectors(deviations, self.scale[:whole])
+            start, self.first = _unit_vectors(deviation_vectors, self.scale[:whole])
             start = start if self.flow.system.driven else carried(start, self.flow.system, 1)
             needed = whole if self.spectrum else needed
         if len(start) < needed:
-            raise ValueError(f"deviations must be at least {needed} vectors for these indicators, got {len(start)}")
+            raise ValueError(
+                f"deviation_vectors must be at least {needed} vectors for these indicators, got {len(start)}"
+            )
         self.flow = replace(self.flow, vectors=len(start))
         return np.array([self._whole(vector) for vector in start])
 
@@ -303,7 +305,7 @@ class ChaosRun:
         """Whether each exponent has its negative, as for a Hamiltonian system or a symplectic map."""
         return self.flow.system.symplectic
 
-    def stream(self, report: Report | None) -> None:
+    def stream(self, callback: Callback | None) -> None:
         """Run the tangent vectors, the averages and the samples."""
         try:
             self.flow.advance(
@@ -314,7 +316,7 @@ class ChaosRun:
                 time=self.time,
                 observations=self.flow.steps(self.time) // self.every if np.any(self.every > 1) else 0,
                 refill=self.early_stop,
-                report=early(report, self.flow, self.ensemble, self.time) if self.early_stop else report,
+                callback=early(callback, self.flow, self.ensemble, self.time) if self.early_stop else callback,
             )
         finally:
             self._read()
@@ -346,21 +348,21 @@ class ChaosRun:
         self.ensemble.status[lost[ended]] = run.status[ended]
 
     @property
-    def passes(self) -> list[Callable[[Report | None], None]]:
+    def passes(self) -> list[Callable[[Callback | None], None]]:
         """The stream, the values that are finished after it, and the indicators' own passes."""
-        found: list[Callable[[Report | None], None]] = [self.stream] if self.streams else []
+        found: list[Callable[[Callback | None], None]] = [self.stream] if self.streams else []
         found += [functools.partial(self._finish, j, w.finish, out) for j, w, _, out in self.watched if w.finish]
         streamed = {j for j, _ in (*self.tangent, *self.watches)}
         return found + [functools.partial(self._adopt, j) for j in range(len(self.chosen)) if j not in streamed]
 
-    def _finish(self, j: int, finish: Callable, out: np.ndarray, report: Report | None) -> None:
+    def _finish(self, j: int, finish: Callable, out: np.ndarray, callback: Callback | None) -> None:
         """Take the values that an indicator finds from its observations."""
-        self.values[j] = np.where(self.ensemble.status == Status.OK, finish(out, report), np.nan)
+        self.values[j] = np.where(self.ensemble.status == Status.OK, finish(out, callback), np.nan)
 
-    def _adopt(self, j: int, report: Report | None) -> None:
+    def _adopt(self, j: int, callback: Callback | None) -> None:
         """Run the pass of an indicator of its own; an orbit that fails in it is marked."""
         entry: Any = self.chosen[j]
-        found = entry.compute(replace(self.flow, vectors=0), self.z0, self.time, self.rates, report)
+        found = entry.compute(replace(self.flow, vectors=0), self.z0, self.time, self.rates, callback)
         shapes = [np.shape(part) for part in found] if isinstance(found, tuple) else []
         if shapes not in ([(self.orbits,), end, (self.orbits,)] for end in ((), (self.orbits,))):
             raise TypeError(

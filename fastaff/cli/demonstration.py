@@ -54,7 +54,7 @@ class Portrait:
     """One body: its section with the diffusion of each orbit, and its frequency map over (beta, p_gamma)."""
 
     name: str
-    body: Body
+    model: Body
     energy: float
     section: SectionMap
     diffusion: np.ndarray
@@ -82,12 +82,12 @@ def run(
     threads: int | None = None,
     say: Say = print,
     meter: Meter | None = None,
-    force: bool = False,
+    overwrite: bool = False,
 ) -> list[Path]:
     """Compute both bodies, draw the figure and save it with its data; return the files written.
 
     Parameters: out_dir, made if missing; quick: a small version in seconds; threads; say: where lines of text go;
-    meter: gives, for a title, a report(fraction) callback; force: replace earlier files instead of numbering the new
+    meter: gives, for a title, a callback of the fraction; overwrite: replace earlier files instead of numbering the new
     ones.
 
     Both bodies have mu = 1, p_eta = 0.3, p_gamma = 0.2 and the energy 1.5 above their minimum (0 for the neo-Hookean
@@ -106,7 +106,7 @@ def run(
     ]
     seconds = clock.perf_counter() - start
     how = {"threads": threads or cores(), "quick": quick}
-    written, stem = _saved(portraits, folder / "fastaff-demo", how, force)
+    written, stem = _saved(portraits, folder / "fastaff-demo", how, overwrite)
     figure = draw(*portraits)
     facts = {
         **provenance(),
@@ -116,7 +116,7 @@ def run(
         "p_gamma": P_GAMMA,
     }
     said = {"Title": "fastaff demo", "Description": json.dumps(facts)}
-    image = write_atomically(stem, ".png", lambda path: figure.savefig(path, metadata=said), force=force)
+    image = write_atomically(stem, ".png", lambda path: figure.savefig(path, metadata=said), overwrite=overwrite)
     for p in portraits:
         for line in numbers(p):
             say(line)
@@ -126,19 +126,19 @@ def run(
     return [image, *written]
 
 
-def _saved(portraits: list[Portrait], stem: Path, how: dict[str, Any], force: bool) -> tuple[list[Path], Path]:
+def _saved(portraits: list[Portrait], stem: Path, how: dict[str, Any], overwrite: bool) -> tuple[list[Path], Path]:
     """Write section and map of each body with their parameters; return the files, and the beginning of their names: all
     have the number of the first.
     """
     written: list[Path] = []
     endings = [f"-{p.name.lower()}-{part}.npz" for p in portraits for part in ("section", "map")]
     for p in portraits:
-        common = {"model": p.body, "energy": p.energy, "p_eta": P_ETA, "seed": SEED, **how}
+        common = {"model": p.model, "energy": p.energy, "p_eta": P_ETA, "seed": SEED, **how}
         extra = {"p_gamma": P_GAMMA, "diffusion": p.diffusion, "wall_time": p.seconds[0]}
         over = {
             "section": SECTION,
             "z0": p.grid.z0,
-            "cell": p.grid.cell,
+            "cell_index": p.grid.cell_index,
             "shown": p.shown,
             "axis_0": p.grid.axes[0],
             "axis_1": p.grid.axes[1],
@@ -148,63 +148,65 @@ def _saved(portraits: list[Portrait], stem: Path, how: dict[str, Any], force: bo
         for result, more in ((p.section, extra), (p.map, over)):
             ending = endings[len(written)]
             beside = [] if written else [".png", *endings]
-            path = files.save_among(stem, ending, result, parameters={**common, **more}, beside=beside, force=force)
+            path = files.save_among(
+                stem, ending, result, parameters={**common, **more}, beside=beside, overwrite=overwrite
+            )
             written.append(path)
             stem = path.with_name(path.name.removesuffix(ending))
     return written, stem
 
 
-def portrait(name, body, energy, size: Size, threads, say: Say, meter: Meter | None) -> Portrait:
+def portrait(name, model, energy, size: Size, threads, say: Say, meter: Meter | None) -> Portrait:
     """Compute section and frequency map of one body."""
-    report = meter or (lambda title: None)
-    edge = plot.edge(body, SECTION, energy=energy, p_eta=P_ETA, p_gamma=P_GAMMA)
-    z0 = random_starts(body, edge, energy, size.orbits)
-    _compile(body, z0[:, :1], threads, say)
+    callback = meter or (lambda title: None)
+    edge = plot.edge(model, SECTION, energy=energy, p_eta=P_ETA, p_gamma=P_GAMMA)
+    z0 = random_starts(model, edge, energy, size.orbits)
+    _compile(model, z0[:, :1], threads, say)
     say(f"{name}: section of {size.orbits} orbits x {size.crossings} crossings")
     start = clock.perf_counter()
     # Return times are below one breathing period.
     section = poincare_map(
-        body,
+        model,
         z0,
         section=SECTION,
         crossings=size.crossings,
         max_time=20.0 * size.crossings,
         accuracy=1e-8,
         threads=threads,
-        report=report(f"{name}, section"),
+        callback=callback(f"{name}, section"),
     )
     between = clock.perf_counter()
-    diffusion = frequency_map(body, z0, time=size.time, threads=threads).diffusion
+    diffusion = frequency_map(model, z0, time=size.time, threads=threads).diffusion
     say(f"{name}: frequency map")
-    grid = surface(body, energy, size.cells)
+    grid = surface(model, energy, size.cells)
     grown = clock.perf_counter()
-    found = frequency_map(body, grid.z0, time=size.time, threads=threads, report=report(f"{name}, frequency map"))
+    found = frequency_map(model, grid.z0, time=size.time, threads=threads, callback=callback(f"{name}, frequency map"))
     seconds = (between - start, clock.perf_counter() - grown)
-    return Portrait(name, body, energy, section, diffusion, grid, found, edge, seconds=seconds)
+    return Portrait(name, model, energy, section, diffusion, grid, found, edge, seconds=seconds)
 
 
-def _compile(body: Any, z0: np.ndarray, threads: int | None, say: Say) -> None:
+def _compile(model: Any, z0: np.ndarray, threads: int | None, say: Say) -> None:
     """Compile the kernels of a portrait, so that its times are those of the computation."""
     start = clock.perf_counter()
-    poincare_map(body, z0, section=SECTION, crossings=1, max_time=20.0, step=0.05, threads=threads)
-    frequency_map(body, z0, time=5.0, threads=threads)
+    poincare_map(model, z0, section=SECTION, crossings=1, max_time=20.0, step=0.05, threads=threads)
+    frequency_map(model, z0, time=5.0, threads=threads)
     seconds = clock.perf_counter() - start
     if seconds > 2.0:
         say(f"compiled in {seconds:.0f} s, once for this version")
 
 
-def random_starts(body: Any, edge: plot.Edge, energy: float, orbits: int) -> np.ndarray:
+def random_starts(model: Any, edge: plot.Edge, energy: float, orbits: int) -> np.ndarray:
     """Return starts (2n, orbits), uniform over the accessible part of the section."""
     (u0, u1), (v0, v1) = edge.axes
     axes = (np.linspace(u0, u1, 202)[1:-1], np.linspace(v0, v1, 202)[1:-1])
-    fine = energy_grid(body, energy=energy, section=SECTION, axes=axes, p_eta=P_ETA, p_gamma=P_GAMMA)
-    chosen = np.random.default_rng(SEED).choice(fine.cell.size, size=orbits, replace=False)
+    fine = energy_grid(model, energy=energy, section=SECTION, axes=axes, p_eta=P_ETA, p_gamma=P_GAMMA)
+    chosen = np.random.default_rng(SEED).choice(fine.cell_index.size, size=orbits, replace=False)
     return np.ascontiguousarray(fine.z0[:, chosen])
 
 
-def surface(body: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
+def surface(model: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
     """Return a grid over beta and p_gamma of the energy surface, at p_beta = 0 on the section."""
-    edge = plot.edge(body, SECTION, energy=energy, p_eta=P_ETA)
+    edge = plot.edge(model, SECTION, energy=energy, p_eta=P_ETA)
     beta = np.linspace(0.0, edge.coordinate[-1], cells[0] + 2)[1:-1]
     # The largest p_gamma: beta sqrt(2 mu (E - V_effective)) at its maximum over beta.
     top = float((edge.coordinate * edge.momentum).max())
@@ -213,11 +215,11 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
     cell = []
     for k, value in enumerate(p_gamma):
         try:
-            row = energy_grid(body, energy=energy, section=SECTION, axes=(beta, [0.0]), p_eta=P_ETA, p_gamma=value)
+            row = energy_grid(model, energy=energy, section=SECTION, axes=(beta, [0.0]), p_eta=P_ETA, p_gamma=value)
         except ValueError:  # nothing is reached so close to the largest p_gamma
             continue
         z0.append(row.z0)
-        cell.append(row.cell * cells[1] + k)
+        cell.append(row.cell_index * cells[1] + k)
     return grid_of(
         np.concatenate(z0, axis=1), np.concatenate(cell), (beta, p_gamma), ("beta", "p_gamma"), energy, SECTION
     )
@@ -240,7 +242,7 @@ def numbers(p: Portrait) -> list[str]:
         f"{np.count_nonzero(~p.shown)} not drawn in the plane of frequencies",
     ]
     if p.name == "hyperelastic":
-        exact = np.sqrt(p.body.potential.C / p.body.mu) / np.pi
+        exact = np.sqrt(p.model.potential.C / p.model.mu) / np.pi
         lines.append(f"  nu_r = sqrt(C/mu)/pi for all orbits, to {np.abs(p.map.nu[0] - exact).max():.1e}")
     return lines
 

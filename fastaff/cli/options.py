@@ -16,10 +16,10 @@ from typing import Any
 from ..core.names import named
 from ..core.numbers import shown
 from ..core.placing import write_atomically
-from ..jobs.analyses import Chaos, Frequencies, Poincare, Run
+from ..jobs.analyses import ChaosOptions, FrequencyOptions, PoincareOptions, RunOptions
 from ..jobs.job import OPTIONS, Job
-from ..jobs.launch import Starts
-from ..jobs.system import Model, Surface
+from ..jobs.launch import InitialConditions
+from ..jobs.system import EnergySurface, Model
 from ..jobs.wording import OptionError, as_flag, respelled, spelled
 from ..systems.formulas.number import number
 from .stops import say
@@ -73,7 +73,15 @@ WHAT, WHERE, STARTS, HOW, WRITTEN = (
 )
 
 
-_GROUPS = {Model: WHAT, Surface: WHERE, Starts: STARTS, Run: HOW, Poincare: HOW, Frequencies: HOW, Chaos: HOW}
+_GROUPS = {
+    Model: WHAT,
+    EnergySurface: WHERE,
+    InitialConditions: STARTS,
+    RunOptions: HOW,
+    PoincareOptions: HOW,
+    FrequencyOptions: HOW,
+    ChaosOptions: HOW,
+}
 for _options, _group in _GROUPS.items():
     Parameter(name="*", group=_group, name_transform=lambda name: name.replace("_", "-"))(_options)
 
@@ -87,7 +95,7 @@ class Output:
     """Path without ending, or with that of the figure: .png, .pdf or .svg; or a folder. .npz and the figure's are
     added, and a number where they exist. [fastaff-poincare, fastaff-frequency-map, ...]
     """
-    force: bool = False
+    overwrite: bool = False
     """Replace existing files instead of numbering the new ones."""
     no_figure: bool = False
     """Write the data only."""
@@ -133,12 +141,12 @@ class Output:
         facts = {name: value for name, value in facts.items() if name not in own or name in ("section", "time")}
         beside = () if self.no_figure else (self.ending,)
         try:
-            return save_among(stem, ".npz", result, parameters=facts, beside=beside, force=self.force)
+            return save_among(stem, ".npz", result, parameters=facts, beside=beside, overwrite=self.overwrite)
         except OSError as problem:
             for folder in (Path.cwd, Path.home, tempfile.gettempdir):
                 with contextlib.suppress(OSError, RuntimeError):  # there may be no such folder
                     elsewhere = Path(folder()) / stem.name
-                    path = save_among(elsewhere, ".npz", result, parameters=facts, beside=beside, force=False)
+                    path = save_among(elsewhere, ".npz", result, parameters=facts, beside=beside, overwrite=False)
                     say(f"{stem}.npz cannot be written: {problem.strerror or problem}; the results are in {path}")
                     return path
             raise
@@ -152,10 +160,10 @@ class FigureOptions:
     colour: str | None = None
     """The quantity that colours the orbits: an indicator such as sali or megno, diffusion, a ratio of frequencies such
     as beta/alpha, or another column such as energy_error; it is computed where the command does not. [diffusion; the
-    indicators and the verdict]
+    indicators and the classification]
     """
     vmin: float | None = None
-    """Lower end of the colour scale. [fixed by the limit of the indicator]"""
+    """Lower end of the colour scale. [fixed by the threshold of the indicator]"""
     vmax: float | None = None
     """Upper end of the colour scale."""
 
@@ -189,14 +197,14 @@ class OutputFiles(Output):
         text = job.text()
         if not path.parent.is_dir():
             raise OptionError(f"--write-job {path}: the folder {path.parent} does not exist")
-        if path.exists() and not self.force:
-            raise OptionError(f"--write-job {path} exists; --force replaces it")
+        if path.exists() and not self.overwrite:
+            raise OptionError(f"--write-job {path} exists; --overwrite replaces it")
         if path.exists() and not path.is_file():  # such as /dev/stdout
             path.write_text(text, encoding="utf-8")
         else:
             stem = path.with_suffix("")
             path = write_atomically(
-                stem, path.suffix, lambda name: name.write_text(text, encoding="utf-8"), force=self.force
+                stem, path.suffix, lambda name: name.write_text(text, encoding="utf-8"), overwrite=self.overwrite
             )
         print(path)
         return True
@@ -205,15 +213,15 @@ class OutputFiles(Output):
 @Parameter(name="*", group=HOW)
 @dataclass(frozen=True, kw_only=True)
 class Workers:
-    """Who computes the units of a job."""
+    """Who computes the chunks of a job."""
 
     threads: int | None = None
-    """Threads of a unit. [all cores; 1 with --workers or --dask]"""
+    """Threads of a chunk. [all cores; 1 with --workers or --dask]"""
     workers: int | None = None
-    """Processes on this machine that compute units side by side, instead of one after the other."""
+    """Processes on this machine that compute chunks side by side, instead of one after the other."""
     dask: str | None = None
-    """Address of a dask scheduler whose workers compute the units; they must reach the store by the same path."""
-    other_processor: bool = False
+    """Address of a dask scheduler whose workers compute the chunks; they must reach the store by the same path."""
+    allow_other_cpu: bool = False
     """Go on with a store that was begun on another kind of processor, though the last digits may differ."""
 
     def check(self) -> None:
@@ -234,7 +242,7 @@ class LogOptions:
     quiet: bool = False
     """Say nothing but errors: no progress, no table."""
     log: str | None = None
-    """json: a line of JSON for each finished unit and one at the end, on standard output, instead of bar and table."""
+    """json: a line of JSON for each finished chunk and one at the end, on standard output, instead of bar and table."""
 
     def check(self) -> None:
         """Refuse other logs, and one that is to be quiet."""

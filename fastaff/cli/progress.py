@@ -20,7 +20,7 @@ from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
 
 class TerminalProgress:
-    """Bar, orbits/s and time left on a terminal; nothing elsewhere. A `report` of the library's functions."""
+    """Bar, orbits/s and time left on a terminal; nothing elsewhere. A `callback` of the library's functions."""
 
     def __init__(self, title: str, orbits: int | None = None):
         from rich.console import Console
@@ -80,8 +80,8 @@ class JobProgress(TerminalProgress):
     def __call__(self, fraction: float) -> None:
         self.bar.update(self.task, completed=self.finished + (1.0 - self.finished) * fraction)
 
-    def watch(self, so_far: Any, unit: Any) -> None:
-        """Show the progress that `jobs.run` reports after each unit."""
+    def on_chunk(self, so_far: Any, chunk: Any) -> None:
+        """Show the progress that `jobs.run` reports after each chunk."""
         crossings = f", {so_far.crossings:,.0f} crossings/s" if so_far.crossings else ""
         self.bar.update(self.task, rate=f"{so_far.rate:,.0f} orbits/s{crossings}")
         self.bar.below = "; ".join(

@@ -76,7 +76,7 @@ def dispatch_adapter(part: str, value: Any, *given: Any) -> Any:
 def call_for(value: Any) -> str:
     """Return the call that makes a model of a system of another tool, as a hint; empty for anything else."""
     tool = adapter(value)
-    for part, call in (("lattice", "mapping(lattice)"), ("system", "hamiltonian(potential)")):
+    for part, call in (("lattice", "iterated_map(lattice)"), ("system", "hamiltonian(potential)")):
         if hasattr(tool, part):
             return f": a system of another tool; write fa.{call}"
     return ""

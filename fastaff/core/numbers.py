@@ -222,21 +222,21 @@ def function(name: str, value: Any) -> Any:
     return value
 
 
-def reporter(value: Any) -> Any:
+def checked_callback(value: Any) -> Any:
     """Return `value` if it is None or can be called with the fraction that is done."""
     if value is not None and not callable(value):
         raise TypeError(
-            f"report must be a function of the fraction that is done, or None, got {shown(value)} "
+            f"callback must be a function of the fraction that is done, or None, got {shown(value)} "
             f"({type(value).__name__})"
         )
     return value
 
 
-def portion(report: Any, part: int, parts: int) -> Any:
-    """Return a function that reports the fraction done of one of several parts as that of all; None without report."""
-    if report is None:
+def portion(callback: Any, part: int, parts: int) -> Any:
+    """Return a function that reports the fraction done of one of several parts as that of all; None without one."""
+    if callback is None:
         return None
-    return lambda fraction: report((part + min(fraction, 1.0)) / parts)
+    return lambda fraction: callback((part + min(fraction, 1.0)) / parts)
 
 
 class Passes:
@@ -244,16 +244,16 @@ class Passes:
     reported never falls, and is 1 at the end.
     """
 
-    def __init__(self, report: Any):
-        self.report = report
+    def __init__(self, callback: Any):
+        self.callback = callback
         self.done = 0.0
         self.end = 0.0
 
     def take(self, work: float, rest: float = 0.0) -> Any:
-        """Return the report of the next pass: it gets the share work / (work + rest) of the fraction that is left, with
-        `rest` the work expected after it; None where nothing is reported.
+        """Return the callback of the next pass: it gets the share work / (work + rest) of the fraction that is left,
+        with `rest` the work expected after it; None where nothing is reported.
         """
-        if self.report is None:
+        if self.callback is None:
             return None
         begin = self.end
         end = self.end = 1.0 if rest <= 0 else begin + (1.0 - begin) * work / (work + rest)
@@ -261,13 +261,13 @@ class Passes:
 
     def _tell(self, fraction: float) -> None:
         self.done = max(self.done, fraction)
-        self.report(self.done)
+        self.callback(self.done)
 
     def __enter__(self) -> Passes:
         return self
 
     def __exit__(self, kind: Any, *_: Any) -> None:
-        if kind is None and self.report is not None:
+        if kind is None and self.callback is not None:
             self._tell(1.0)
 
 

@@ -170,20 +170,20 @@ def _removed(path: Path) -> None:
 
 
 def write_atomically(
-    stem: Path, ending: str, write: Callable[[Path], object], *, beside: Iterable[str] = (), force: bool = False
+    stem: Path, ending: str, write: Callable[[Path], object], *, beside: Iterable[str] = (), overwrite: bool = False
 ) -> Path:
     """Write the file stem + ending and return its path.
 
     Parameters: write(path): writes the file, under another name in the same folder; beside: endings of files that will
-    have the same stem; force: replace an existing file, which otherwise stays: the stem gets the first number at which
-    neither it nor those beside it exist. An exception of `write` is passed on and leaves no file behind. If two
+    have the same stem; overwrite: replace an existing file, which otherwise stays: the stem gets the first number at
+    which neither it nor those beside it exist. An exception of `write` is passed on and leaves no file behind. If two
     processes want the same name, one gets it and the other the next.
     """
     if not stem.parent.is_dir():
         raise FileNotFoundError(f"the folder {stem.parent} does not exist")
     with draft(stem.parent, ending) as path:
         write(path)
-        if not force:
+        if not overwrite:
             return _moved(path, stem, ending, (ending, *beside))
         target = stem.with_name(stem.name + ending)
         like(path, target)

@@ -8,7 +8,7 @@ import numpy as np
 
 OK_CODE = 0
 NONFINITE_CODE = 1
-COLLAPSED_CODE = 2
+OUT_OF_DOMAIN_CODE = 2
 ESCAPED_CODE = 3
 ENERGY_DRIFT_CODE = 4
 TOO_FEW_CROSSINGS_CODE = 5
@@ -22,11 +22,11 @@ LOST_CODE = 12
 
 
 class Status(IntEnum):
-    """Outcome of an orbit; `.sentence` is the outcome in words."""
+    """Outcome of an orbit; `.sentence` is the outcome in words, `.left` whether the orbit left its region."""
 
     OK = OK_CODE
     NONFINITE = NONFINITE_CODE
-    COLLAPSED = COLLAPSED_CODE
+    OUT_OF_DOMAIN = OUT_OF_DOMAIN_CODE
     ESCAPED = ESCAPED_CODE
     ENERGY_DRIFT = ENERGY_DRIFT_CODE
     TOO_FEW_CROSSINGS = TOO_FEW_CROSSINGS_CODE
@@ -43,12 +43,17 @@ class Status(IntEnum):
         """The outcome in words."""
         return _SENTENCES[self]
 
+    @property
+    def left(self) -> bool:
+        """True for OUT_OF_DOMAIN, ESCAPED, LOST and NONFINITE: the orbit left the region of its motion."""
+        return self in (Status.OUT_OF_DOMAIN, Status.ESCAPED, Status.LOST, Status.NONFINITE)
+
 
 _SENTENCES = {
     Status.OK: "finished",
     Status.NONFINITE: "a coordinate became infinite or NaN",
-    Status.COLLAPSED: "left the domain of the potential (det phi > 0 for most bodies), where a wall bounds it by too "
-    "long a step: shorten it or use an adaptive scheme",
+    Status.OUT_OF_DOMAIN: "left the domain of the potential (det phi > 0 for most bodies), where a wall bounds it by "
+    "too long a step: shorten it or use an adaptive scheme",
     Status.ESCAPED: "went beyond the escape radius, a million times the orbit's own size",
     Status.ENERGY_DRIFT: "energy error above the tolerance: shorten the step or use an adaptive scheme",
     Status.TOO_FEW_CROSSINGS: "reached max_time before the asked number of crossings",

@@ -103,7 +103,7 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
             raise TypeError(
                 f"{type(value).__name__}.{field} must be a float{'' if number else ' or a NamedTuple of floats'}, got "
                 f"{entry!r} "
-                f"({type(entry).__name__})" + (": wrap it, one_variable(f)" if inspect.isfunction(entry) else "")
+                f"({type(entry).__name__})" + (": wrap it, univariate(f)" if inspect.isfunction(entry) else "")
             )
     return f"{name}({', '.join(arguments) or '0.0'})"
 

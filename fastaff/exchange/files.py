@@ -28,7 +28,7 @@ from ..results.result import Result, saved
 from ..runs import schemes
 from ..runs.schemes import time_transformed
 from ..systems import charts, models
-from ..systems.formulas.mapping import remade
+from ..systems.formulas.iterated_map import remade
 from ..systems.models import angles, sections
 from ..tori import families, separation
 from .tables import exported
@@ -50,7 +50,7 @@ class Saved(NamedTuple):
 
 
 @says_progress
-def save(path: StrPath, result: object, *, force: bool = False, **parameters: Any) -> Path:
+def save(path: StrPath, result: object, *, overwrite: bool = False, **parameters: Any) -> Path:
     """Write a result and all that made it to an .npz file; `load` gives the same result back.
 
     Parameters
@@ -61,7 +61,7 @@ def save(path: StrPath, result: object, *, force: bool = False, **parameters: An
     result : result
         A SectionMap, FrequencyMap, Orbits, Grid, any other result or dataclass. Its call is kept: `recipe` reads it
         back.
-    force : bool, default False
+    overwrite : bool, default False
         Replace an existing file. Otherwise the new file gets a number (`name-2.npz`).
     **parameters : any
         Other values to keep: model, energy, seed, threads, wall_time. Arrays go beside those of the result, the rest
@@ -98,9 +98,9 @@ def save(path: StrPath, result: object, *, force: bool = False, **parameters: An
     """
     path = Path(path)
     if path.suffix != ".npz" and path.suffix[1:2].isalpha():  # not the digits of "energy_0.12"
-        return exported(path, result, force, parameters)
+        return exported(path, result, overwrite, parameters)
     stem = path.with_suffix("") if path.suffix == ".npz" else path
-    return save_among(stem, ".npz", result, force=force, parameters=parameters)
+    return save_among(stem, ".npz", result, overwrite=overwrite, parameters=parameters)
 
 
 def save_among(
@@ -110,7 +110,7 @@ def save_among(
     *,
     parameters: Mapping[str, Any],
     beside: Iterable[str] = (),
-    force: bool = False,
+    overwrite: bool = False,
 ) -> Path:
     """Write a result as `save` does to stem + ending, under a number that is free of the endings `beside` too."""
     dataclass = dataclasses.is_dataclass(result) and not isinstance(result, type)
@@ -142,7 +142,7 @@ def save_among(
         with open(path, "wb") as file:
             np.savez(file, **arrays)
 
-    return write_atomically(stem, ending, write, beside=beside, force=force)
+    return write_atomically(stem, ending, write, beside=beside, overwrite=overwrite)
 
 
 @saved.register

@@ -1,4 +1,4 @@
-"""Expressions of heyoka: potentials of `hamiltonian`, right-hand sides of `flow`."""
+"""Expressions of heyoka: potentials of `hamiltonian`, right-hand sides of `ode`."""
 
 from __future__ import annotations
 

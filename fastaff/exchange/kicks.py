@@ -1,4 +1,4 @@
-"""Lattices as maps of one turn: linear parts and thin multipoles, written as statements of `fastaff.mapping`."""
+"""Lattices as maps of one turn: linear parts and thin multipoles, written as statements of `fastaff.iterated_map`."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ SERIES = re.compile(r"^\s*I\s+COEFFICIENT\s+ORDER\s+EXPONENTS", re.MULTILINE)
 HEAD = re.compile(r"^\s*\S+\s*:\s*([RC]), NV =\s*(\d+)", re.MULTILINE)
 
 
-EQUATIONS = "equations of a map are the text itself: mapping(path.read_text())"
+EQUATIONS = "equations of a map are the text itself: iterated_map(path.read_text())"
 """What to do with other files that may be maps."""
 
 

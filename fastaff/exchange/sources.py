@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from ..core.interruption import imported
-from ..systems.formulas.flow_text import flow
 from ..systems.formulas.forced import BUILT_IN
 from ..systems.formulas.gammainc import gammainc
 from ..systems.formulas.library import Request
+from ..systems.formulas.ode import ode
 from .symbols import equations
 
 
@@ -42,7 +42,7 @@ LANGUAGES = {"c": _c, "heyoka": _heyoka}
 def source(model: Any, language: str = "c") -> str:
     """Return the equations of motion dz/dt of a model that is a formula as source text.
 
-    :Parameters: model of `hamiltonian` or `flow`, HenonHeiles or DoublePendulum; language: "c", for `void rates(double
+    :Parameters: model of `hamiltonian` or `ode`, HenonHeiles or DoublePendulum; language: "c", for `void rates(double
         t, const double *z, const double *c, double *dz)`, or "heyoka", for Python that makes `system` and `parameters`
         of taylor_adaptive(system, z0, pars=parameters). z: the rows of fastaff without t, p_t; c: the model's fields.
     :Raises: TypeError for a model that is no such formula, ValueError for another language; ImportError without SymPy.
@@ -51,15 +51,15 @@ def source(model: Any, language: str = "c") -> str:
     Examples
     --------
     >>> from fastaff.exchange.sources import source
-    >>> print(source(fa.flow("x' = s*(y - x); y' = -x", s=10.0)).splitlines()[-3])
+    >>> print(source(fa.ode("x' = s*(y - x); y' = -x", s=10.0)).splitlines()[-3])
         dz[0] = c[0]*(-z[0] + z[1]);
     """
     if language not in LANGUAGES:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
-    model = flow(model, forces={}) if type(model) in BUILT_IN and hasattr(model, "coordinates") else model
+    model = ode(model, forces={}) if type(model) in BUILT_IN and hasattr(model, "coordinates") else model
     known: tuple = getattr(type(model), "_request", ())
-    if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "flow"):
-        raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {_refused(model)}")
+    if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "ode"):
+        raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.ode(...), got {_refused(model)}")
     request = Request(*known)
     named = ", ".join(f"{name} = {float(value)!r}" for name, value in zip(model._fields, model, strict=True))
     rows, sides = equations(request, model._fields)
@@ -73,7 +73,7 @@ def source(model: Any, language: str = "c") -> str:
 def _refused(model: Any) -> str:
     """Return the class of a model, with the call that makes equations of it, if there is one."""
     try:
-        flow(model, forces={})
+        ode(model, forces={})
     except (TypeError, ValueError):
         return type(model).__name__
-    return f"{type(model).__name__}: of its equations, source(fa.flow(model, forces={{}}))"
+    return f"{type(model).__name__}: of its equations, source(fa.ode(model, forces={{}}))"

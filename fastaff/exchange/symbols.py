@@ -26,7 +26,7 @@ def equations(request: Request, fields: tuple[str, ...]) -> tuple[list[str], lis
     q, p = ([sympy.Symbol(f"z[{i}]") for i in part] for part in (range(n), range(n, 2 * n)))
     names |= dict(zip((*coordinates, *request.momenta), (*q, *p)))
     names |= {} if request.period is None else {TIME: sympy.Symbol("t")}
-    if request.inertia == "flow":
+    if request.inertia == "ode":
         return coordinates, [to_sympy(program, names) for program in request.programs(MOST)]
     H, rates = energy(request, names, q, p)
     v = [H.diff(p_i) for p_i in p]

@@ -65,7 +65,7 @@ WRITERS = {".csv": _csv, ".mat": _matlab, ".nc": _netcdf, ".parquet": _parquet}
 """Functions that write files of each ending."""
 
 
-def exported(path: Path, result: Any, force: bool, parameters: Mapping[str, Any]) -> Path:
+def exported(path: Path, result: Any, overwrite: bool, parameters: Mapping[str, Any]) -> Path:
     """Write a result as a file of other programs, of the ending of a path; ValueError for one that is none of them."""
     if path.suffix not in WRITERS:
         raise ValueError(f"path must end in .npz, {', '.join(WRITERS)}, or have no ending, got {path.name!r}")
@@ -75,5 +75,5 @@ def exported(path: Path, result: Any, force: bool, parameters: Mapping[str, Any]
         raise ValueError(f"{next(iter(parameters))} is kept in .npz files alone, got a path that ends in {path.suffix}")
     path.parent.mkdir(parents=True, exist_ok=True)
     return write_atomically(
-        path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), force=force
+        path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), overwrite=overwrite
     )

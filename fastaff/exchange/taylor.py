@@ -1,4 +1,4 @@
-"""Maps of one turn as Taylor series, written as statements of `fastaff.mapping`."""
+"""Maps of one turn as Taylor series, written as statements of `fastaff.iterated_map`."""
 
 from __future__ import annotations
 

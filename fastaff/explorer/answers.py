@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..chaos.chaos_map import chaos_map
-from ..chaos.indicator import Character
 from ..chaos.indicators import MEGNO, Lyapunov
+from ..core.classification import Classification
 from ..core.status import Status
 from ..frequencies.frequency_map import frequency_map
 from ..runs.coordinates import chart_row
@@ -23,9 +23,9 @@ from ..sections.energy_limits import Where
 from ..sections.islands import rotation_number
 from ..sections.poincare_map import poincare_map
 from ..sections.section_edge import edge
-from ..systems.formulas.formula import formula, hamiltonian
+from ..systems.formulas.formula import affine_body, hamiltonian
 from ..systems.formulas.grammar import TIME, UnknownName
-from ..systems.formulas.mapping import mapping, untried
+from ..systems.formulas.iterated_map import iterated_map, untried
 from ..systems.formulas.section_text import section_named
 from ..systems.models.mechanics import System
 from .parameters import parameter_values, with_parameters
@@ -45,7 +45,7 @@ STATUS = {
     Status.OK: "done",
     Status.ESCAPED: "escaped",
     Status.NONFINITE: "escaped",
-    Status.COLLAPSED: "collapsed",
+    Status.OUT_OF_DOMAIN: "out of domain",
     Status.LOST: "lost",
 }
 INTERRUPTED = "no more crossings"
@@ -78,7 +78,7 @@ class Answers:
         self.accuracy = 1e-10
 
     @property
-    def body(self) -> Any:
+    def model(self) -> Any:
         """The model."""
         return self.system.model
 
@@ -108,7 +108,7 @@ class Answers:
         self.orbits.clear()
         self.section = None
         names = list(self.system.names)
-        self.post({"type": "ready", "names": names, "parameters": parameter_values(self.body)})
+        self.post({"type": "ready", "names": names, "parameters": parameter_values(self.model)})
 
     def on_parse(self, message: dict[str, Any]) -> None:
         """Answer whether a text is a formula, with its parameters."""
@@ -131,7 +131,7 @@ class Answers:
     def on_parameters(self, message: dict[str, Any]) -> None:
         """Take other values of the parameters."""
         values = {k: float(v) for k, v in message["parameters"].items()}
-        self.system = current_system(with_parameters(self.body, values))
+        self.system = current_system(with_parameters(self.model, values))
         self.orbits.clear()
         self.section = None
 
@@ -144,7 +144,7 @@ class Answers:
             return self._show_plane(message)
         where: dict[str, Any] = {name: float(message.get(name) or 0.0) for name in ("energy", "p_eta", "p_gamma")}
         section = section_of(self.system, message["section"], message.get("constant"), int(message["direction"]))
-        (u0, u1), (v0, v1) = edge(self.body, section, **where).axes
+        (u0, u1), (v0, v1) = edge(self.model, section, **where).axes
         width = int(message["width"])
         height = int(message["height"])
         du = MARGIN * (u1 - u0)
@@ -261,8 +261,8 @@ class Answers:
         z = self.orbits[message["orbit"]].z0
         samples = max(2, min(int(message["samples"]), 20000))
         if begin > 0:
-            z = integrate(self.body, z, time=begin, accuracy=self.accuracy).z[:, 0]
-        run = integrate(self.body, z, time=end - begin, samples=samples - 1, accuracy=self.accuracy)
+            z = integrate(self.model, z, time=begin, accuracy=self.accuracy).z[:, 0]
+        run = integrate(self.model, z, time=end - begin, samples=samples - 1, accuracy=self.accuracy)
         states = np.concatenate([z[None], run.samples[:, :, 0]])
         if self.system.isotropic:
             a1, a2, b1, b2 = states[:, :4].T
@@ -287,7 +287,7 @@ class Answers:
             return self._iterate(number, orbit, self.section, crossings)
         rate = float(natural_rates(self.system, orbit.z0[:, None])[0])
         run = poincare_map(
-            self.body,
+            self.model,
             orbit.z0,
             section=self.section,
             crossings=crossings,
@@ -312,8 +312,8 @@ class Answers:
 
     def _iterate(self, number: int, orbit: LaunchedOrbit, plane: Plane, count: int) -> None:
         """Find the iterates of an orbit, send the new ones and the readings of the orbit."""
-        run = poincare_map(self.body, orbit.z0, crossings=count)
-        chaos = chaos_map(self.body, orbit.z0, time=count, indicators=(MEGNO(), Lyapunov()))
+        run = poincare_map(self.model, orbit.z0, crossings=count)
+        chaos = chaos_map(self.model, orbit.z0, time=count, indicators=(MEGNO(), Lyapunov()))
         kept = survived(chaos)
         states = run.points[:, :kept, 0]
         new = slice(orbit.sent, kept)
@@ -323,10 +323,10 @@ class Answers:
         self.post({"type": "points", **sent, "times": times[new].copy()})
         self.orbits[number] = orbit._replace(sent=kept, time=float(kept))
         status = STATUS.get(Status(int(chaos.status[0])), INTERRUPTED)
-        verdict = Character(int(chaos.verdict[0]))
-        early = kept < 2 * np.pi * CALM_PERIODS and verdict == Character.REGULAR
-        said = "undecided" if early or status != "done" else verdict.name.lower()
-        facts = {"crossings": kept, "time": float(kept), "energy_error": None, "status": status, "verdict": said}
+        classification = Classification(int(chaos.classification[0]))
+        early = kept < 2 * np.pi * CALM_PERIODS and classification == Classification.REGULAR
+        said = "undecided" if early or status != "done" else classification.name.lower()
+        facts = {"crossings": kept, "time": float(kept), "energy_error": None, "status": status, "classification": said}
         megno, lyapunov = _finite([chaos.megno[0], chaos.lyapunov[0]])
         reading = map_reading(plane, orbit.z0, states, points)
         self.post({"type": "reading", "orbit": number, **facts, "megno": megno, "lyapunov": lyapunov, **reading})
@@ -337,20 +337,28 @@ class Answers:
         rotation = None
         if turning is not None and np.isfinite(turning.error[0]):
             rotation = {"value": float(turning.rotation[0]), "error": float(turning.error[0])}
-        chaos = chaos_map(self.body, z0, time=time, indicators=(MEGNO(), Lyapunov()))
-        found = frequency_map(self.body, z0, time=time)
-        values = [*found.leading[:, 0]]
-        errors = [*found.leading_error[:, 0]]
+        chaos = chaos_map(self.model, z0, time=time, indicators=(MEGNO(), Lyapunov()))
+        found = frequency_map(self.model, z0, time=time)
+        values = [*found.dominant[:, 0]]
+        errors = [*found.dominant_error[:, 0]]
         names = list(found.names)
         if found.nu_eta is not None and found.nu_gamma is not None:
             names[2:] = ["eta", "gamma"]
             values[2:] = [found.nu_eta[0], found.nu_gamma[0]]
         lines = {"names": names, "values": _finite(values), "errors": _finite(errors)}
-        verdict = Character(int(chaos.verdict[0]))
+        classification = Classification(int(chaos.classification[0]))
         early = time * natural_rates(self.system, z0[:, None])[0] < 2 * np.pi * CALM_PERIODS
-        said = (Character.UNDECIDED if early and verdict == Character.REGULAR else verdict).name.lower()
+        said = (
+            Classification.UNDECIDED if early and classification == Classification.REGULAR else classification
+        ).name.lower()
         megno, lyapunov = _finite([chaos.megno[0], chaos.lyapunov[0]])
-        return {"rotation": rotation, "megno": megno, "lyapunov": lyapunov, "verdict": said, "frequencies": lines}
+        return {
+            "rotation": rotation,
+            "megno": megno,
+            "lyapunov": lyapunov,
+            "classification": said,
+            "frequencies": lines,
+        }
 
 
 def _finite(values: Any) -> list[float | None]:
@@ -367,18 +375,20 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
     text = given["formula"]
     if given["kind"] == "body":
         own: dict[str, Any] = {name: value for name, value in parameters.items() if name != "mu"}
-        made = formula(text, mu=parameters.get("mu", 1.0), **own)
+        made = affine_body(text, mu=parameters.get("mu", 1.0), **own)
         if not current_system(made).isotropic:
             raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
         return made
-    angles = [part.strip() for part in re.split(r"[,;\n]", given.get("angles") or "") if part.strip()]
-    periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in angles)}
+    pieces = [part.strip() for part in re.split(r"[,;\n]", given.get("periodic") or "") if part.strip()]
+    periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in pieces)}
     if given["kind"] == "map":
-        return mapping(text, periods=periods, **parameters) if known else untried(text, parameters, periods=periods)
-    if given["kind"] == "flow" or given.get("period"):
-        raise ValueError("formula: a notebook's explorer takes no drive and no flow, fastaff.explore does")
+        return (
+            iterated_map(text, periodic=periods, **parameters) if known else untried(text, parameters, periodic=periods)
+        )
+    if given["kind"] == "ode" or given.get("drive_period"):
+        raise ValueError("formula: a notebook's explorer takes no drive and no equations, fastaff.explore does")
     rows: dict[str, Any] = {"coordinates": given.get("coordinates") or "x y", "momenta": given.get("momenta") or None}
-    return checked_model(hamiltonian(text, **rows, periods=periods or None, **parameters), needs="a page")
+    return checked_model(hamiltonian(text, **rows, periodic=periods or None, **parameters), needs="a page")
 
 
 def section_of(system: System, name: str, constant: float | None, direction: int) -> Any:

@@ -50,9 +50,10 @@ def found(background: Any) -> MapOnGrid:
         raise TypeError(f"background must be a ChaosMap or a FrequencyMap, got {type(read.result).__name__}")
     if not isinstance(read.grid, EnergyGrid):
         raise TypeError(f"background must be over an EnergyGrid of a section, got {type(read.grid).__name__}")
-    if read.result.status.shape != read.grid.cell.shape:
+    if read.result.status.shape != read.grid.cell_index.shape:
         raise ValueError(
-            f"background has {read.result.status.size} orbits for {read.grid.cell.size} cells: result and grid must "
+            f"background has {read.result.status.size} orbits for {read.grid.cell_index.size} cells: result and grid "
+            "must "
             "belong together"
         )
     return read
@@ -87,7 +88,7 @@ def _of_file(path: Path) -> MapOnGrid:
 def background_record(read: MapOnGrid, of: dict[str, Any]) -> dict[str, Any]:
     """Return the record of a map for a page; of: its system and surface."""
     label, values = _values(read.result)
-    cells = np.ma.filled(read.grid.spread(values.astype(np.float64)), np.nan)
+    cells = np.ma.filled(read.grid.to_grid(values.astype(np.float64)), np.nan)
     fine = cells[np.isfinite(cells)]
     low, high = np.quantile(fine, [0.01, 0.99]) if fine.size else (0.0, 1.0)
     if not high > low:

@@ -52,7 +52,7 @@ TRIED = 3000
 
 @says_progress
 def explore(
-    body: Dynamics | None = None,
+    model: Dynamics | None = None,
     *,
     energy: float | None = None,
     section: Section | str | None = None,
@@ -69,7 +69,7 @@ def explore(
 
     Parameters
     ----------
-    body : model, optional
+    model : model, optional
         A Body with a doubly isotropic potential, a system of two degrees of freedom, H(q, p) and turning frames too, a
         driven one of one coordinate, a map, or a flow of three variables or more (default: neo-Hookean; the page has
         all named models anyway).
@@ -129,16 +129,19 @@ def explore(
     """
     given: dict[str, Any] = {"energy": energy, "section": section, "p_eta": p_eta, "p_gamma": p_gamma}
     given |= {"accuracy": accuracy, "scheme": scheme, "background": background, "points": points, "fixed": fixed}
-    setup, _ = setup_of(body, **given)
+    setup, _ = setup_of(model, **given)
     path = _path(out)
     text = page(setup)
     return write_atomically(
-        path.with_suffix(""), path.suffix, lambda name: name.write_text(text, encoding="utf-8"), force=out is not None
+        path.with_suffix(""),
+        path.suffix,
+        lambda name: name.write_text(text, encoding="utf-8"),
+        overwrite=out is not None,
     )
 
 
 def setup_of(
-    body: Any = None,
+    model: Any = None,
     *,
     energy: float | None = None,
     section: Any = None,
@@ -152,14 +155,14 @@ def setup_of(
 ) -> tuple[dict[str, Any], Any]:
     """Return the set-up of a page, arguments as of `explore`, and the model that it begins with."""
     under = None if background is None else found(background)
-    if under is not None and under.plan is not None and body is None:
-        body = under.plan.body
-        own = under.job.surface  # type: ignore[union-attr]
+    if under is not None and under.plan is not None and model is None:
+        model = under.plan.model
+        own = under.job.energy_surface  # type: ignore[union-attr]
         energy = own.energy if energy is None else energy
         p_eta = p_eta or own.p_eta
         p_gamma = p_gamma or own.p_gamma
         section = under.plan.section if section is None else section
-    chosen = named_body("neo-hookean") if body is None else body
+    chosen = named_body("neo-hookean") if model is None else model
     system = checked_system(chosen, needs="a page")
     accuracy = positive("accuracy", accuracy)
     p_eta = real("p_eta", p_eta)
@@ -224,10 +227,10 @@ def _strobed(system: System, section: Any, **given: Any) -> dict[str, Any]:
     return {**kept, "phase": float(system.model.phase(real("section.phase", cut.phase)))}
 
 
-def _reached(body: Any, section: Any, start: dict[str, Any]) -> None:
+def _reached(model: Any, section: Any, start: dict[str, Any]) -> None:
     """Refuse an energy that allows no point of the section; one that lets orbits escape is allowed."""
     try:
-        edge(body, section, energy=start["energy"], p_eta=start["p_eta"], p_gamma=start["p_gamma"])
+        edge(model, section, energy=start["energy"], p_eta=start["p_eta"], p_gamma=start["p_gamma"])
     except NotReached:
         raise
     except ValueError as problem:
@@ -239,23 +242,23 @@ def _of(under: MapOnGrid, start: dict[str, Any]) -> dict[str, Any]:
     """Return the system and surface of a map: those of its job, else those of the page."""
     if start["energy"] is None:
         kept = {name: start[name] for name in ("system", "section", "others")}
-        return kept | {"parameters": parameter_values(under.plan.body) if under.plan else start["parameters"]}
+        return kept | {"parameters": parameter_values(under.plan.model) if under.plan else start["parameters"]}
     kept = {name: start[name] for name in ("system", "energy", "section", "constant", "p_eta", "p_gamma")}
     kept |= {"direction": start["direction"], "parameters": start["parameters"], "energy": float(under.grid.energy)}
     if under.plan is not None and under.job is not None:
-        surface = under.job.surface
+        surface = under.job.energy_surface
         kept |= section_record(under.plan.section, under.plan.system)
-        kept |= {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma, "parameters": parameter_values(under.plan.body)}
+        kept |= {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma, "parameters": parameter_values(under.plan.model)}
     return kept
 
 
-def _usual(body: Any, systems: list[dict[str, Any]]) -> dict[str, Any] | None:
+def _usual(model: Any, systems: list[dict[str, Any]]) -> dict[str, Any] | None:
     """Return the record of the named system of the body's kind, whatever its parameters."""
     for record in systems:
         named = named_body(record["name"])
         inner = getattr(named, "potential", named)
-        own = getattr(body, "potential", body)
-        if type(named) is type(body) and type(inner) is type(own):
+        own = getattr(model, "potential", model)
+        if type(named) is type(model) and type(inner) is type(own):
             return record
     return None
 

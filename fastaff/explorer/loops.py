@@ -18,10 +18,10 @@ def loops_of(system: System) -> Any:
     return AreaTrace() if system.isotropic else Coordinates2()
 
 
-def turns_around(body: Any) -> bool:
+def turns_around(model: Any) -> bool:
     """Tell whether the force of a driven system of one coordinate is that of an angle: the same 2 pi farther on."""
     x = np.linspace(-2.9, 2.7, 29)
-    t = body.period * np.linspace(0, 1, 29) ** 2
+    t = model.period * np.linspace(0, 1, 29) ** 2
     with np.errstate(all="ignore"):
-        here, there = (np.broadcast_to(body.force(x + turn, t)[0], x.shape) for turn in (0.0, 2 * np.pi))
+        here, there = (np.broadcast_to(model.force(x + turn, t)[0], x.shape) for turn in (0.0, 2 * np.pi))
         return bool(np.ptp(here) > 0 and np.abs(here - there).max() <= 1e-12 * np.abs(here).max())

@@ -8,22 +8,22 @@ from typing import Any
 import numpy as np
 
 
-def parameter_values(body: Any) -> dict[str, float]:
+def parameter_values(model: Any) -> dict[str, float]:
     """Return the parameters of a model, those of inner values too, by name."""
-    return dict(numbers_in(body, ()))
+    return dict(numbers_in(model, ()))
 
 
-def with_parameters(body: Any, values: Mapping[str, float], path: tuple[str, ...] = ()) -> Any:
+def with_parameters(model: Any, values: Mapping[str, float], path: tuple[str, ...] = ()) -> Any:
     """Return a model with other values of its parameters, by the names of `parameter_values`; others are left out."""
     changed: dict[str, Any] = {}
-    for name in fields_of(body):
-        entry = getattr(body, name)
+    for name in fields_of(model):
+        entry = getattr(model, name)
         if isinstance(entry, (int, float, np.floating, np.integer)) and not isinstance(entry, bool):
             key = parameter_name((*path, name))
             changed[name] = float(values[key]) if key in values else entry
         elif fields_of(entry):
             changed[name] = with_parameters(entry, values, (*path, name))
-    return body._replace(**changed) if hasattr(body, "_replace") else body
+    return model._replace(**changed) if hasattr(model, "_replace") else model
 
 
 def numbers_in(value: Any, path: tuple[str, ...]) -> list[tuple[str, float]]:

@@ -51,7 +51,7 @@ LEAST = 64
 """Least number of iterates for a rotation number."""
 
 LOCKED = 12
-"""The longest chain of islands that is sought."""
+"""The largest number of islands of a chain that is sought."""
 
 PLASTIC = (0.7548776662466927, 0.5698402909980532)
 """Steps of an additive sequence with low discrepancy in two dimensions: 1/p and 1/p^2 of the plastic number p."""
@@ -198,10 +198,10 @@ def map_reading(plane: Plane, z0: np.ndarray, states: np.ndarray, points: np.nda
     locked = [q for q in range(1, LOCKED + 1) if abs(q * value - round(q * value)) <= q * min(error, 1 / count)]
     if alone and locked:
         q = locked[0]
-        inner = rotation_number(_lifted(plane, z0, states, points, round(q * value), q)[:, q - 1 :: q])
-        known = bool(np.isfinite(inner.error[0]))
-        kept = {"value": float(inner.rotation[0]), "error": float(inner.error[0])} if known else None
-        rotation |= {"q": q, "inner": kept}
+        secondary = rotation_number(_lifted(plane, z0, states, points, round(q * value), q)[:, q - 1 :: q])
+        known = bool(np.isfinite(secondary.error[0]))
+        kept = {"value": float(secondary.rotation[0]), "error": float(secondary.error[0])} if known else None
+        rotation |= {"q": q, "secondary": kept}
     return {"rotation": rotation, "frequencies": lines}
 
 

@@ -18,7 +18,7 @@ from ..systems import models
 from ..systems.formulas.map_source import MAX_ROWS
 from ..systems.formulas.section_text import EQUALS, TURNING
 from ..systems.models.mechanics import System, system_of
-from ..systems.models.sections import AngleEquals, Linear
+from ..systems.models.sections import AngleEquals, Hyperplane
 from .parameters import parameter_values
 from .records import model_code
 
@@ -110,7 +110,7 @@ def system_record(system: System, name: str, title: str, formula: str, start: di
         kind = "body"
     else:
         kind = "plane"
-    kind = kind if system.canonical else "flow"
+    kind = kind if system.canonical else "ode"
     sections: Any = BODY_SECTIONS
     if kind != "body":
         sections = [(plane, None) for plane in planes(system)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
@@ -165,7 +165,7 @@ def plane_record(system: System, fixed: Any, grid: Any = None) -> dict[str, Any]
 def job_record(system: System) -> dict[str, Any] | None:
     """Return the keys of a job's table [model] that name a system, without its parameters; None if there are none."""
     found = described(system)
-    keys = ("model", "formula", "hamiltonian", "map", "flow", "angles", "coordinates", "momenta", "domain", *RATES)
+    keys = ("model", "formula", "hamiltonian", "map", "ode", "periodic", "coordinates", "momenta", "domain", *RATES)
     return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
 
 
@@ -216,7 +216,7 @@ def section_record(section: Any, system: System) -> dict[str, Any]:
     if system.isotropic and kind in constant:
         return {"section": constant[kind], "constant": float(section.constant), "direction": int(section.direction)}
     names = system.names
-    if isinstance(section, (Linear, AngleEquals)) and not system.isotropic and len(section.normal) == system.rows:
+    if isinstance(section, (Hyperplane, AngleEquals)) and not system.isotropic and len(section.normal) == system.rows:
         at = np.flatnonzero(section.normal)
         places = 2 if system.canonical else system.rows
         if at.size == 1 and at[0] < places and math.isfinite(section.offset):
@@ -226,6 +226,6 @@ def section_record(section: Any, system: System) -> dict[str, Any]:
     takes = (
         "AlphaTurning, BetaTurning, AlphaEquals, BetaEquals, AreaEquals"
         if system.isotropic
-        else f"Linear with one coordinate, {' or '.join(f'{name} = c' for name in names)},"
+        else f"Hyperplane with one coordinate, {' or '.join(f'{name} = c' for name in names)},"
     )
     raise TypeError(f"section must be {takes} for {type(system.model).__name__}, got {section!r}")

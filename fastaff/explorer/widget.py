@@ -29,11 +29,11 @@ class ExplorerWidget(anywidget.AnyWidget):
     setup = traitlets.Dict().tag(sync=True)
     markup = traitlets.Unicode().tag(sync=True)
 
-    def __init__(self, body: Any = None, **options: Any):
-        setup, chosen = setup_of(body, **options)
+    def __init__(self, model: Any = None, **options: Any):
+        setup, chosen = setup_of(model, **options)
         if current_system(chosen).driven:
             raise TypeError(
-                "body must have no drive in a notebook's explorer: fastaff.explore writes a page of one that has"
+                "model must have no drive in a notebook's explorer: fastaff.explore writes a page of one that has"
             )
         super().__init__(setup=setup, markup=web_text("page.html"))
         systems = {name: named_body(name) for name in NAMED} | {setup["start"]["system"]: chosen}

@@ -1,7 +1,7 @@
 """Fundamental frequencies, resonances and their web."""
 
 from .angle_lines import AngleLines
-from .frequencies import FrequencyKind, FrequencyMap
+from .frequencies import FrequencyMap
 from .naff import FrequencyLines
 from .resonance_web import ResonanceLine, ratio_web
 from .resonances import Resonances, diffusion_histogram
@@ -10,7 +10,6 @@ from .tunes import Tunes
 
 __all__ = [
     "AngleLines",
-    "FrequencyKind",
     "FrequencyLines",
     "FrequencyMap",
     "ResonanceLine",

@@ -32,7 +32,7 @@ NAMED = {value.names: value for value in (Polar(), Cylindrical())}
 """Angles by name: "R phi", "R z phi"."""
 
 
-def angles_of(value: Any, _: Any = None) -> Any:
+def named_signals(value: Any, _: Any = None) -> Any:
     """Return the angles that a text names; return other values as they are."""
     if not isinstance(value, str):
         return value
@@ -42,19 +42,19 @@ def angles_of(value: Any, _: Any = None) -> Any:
         said = " or ".join(f"{' '.join(known)!r} of {len(known)} coordinates" for known in NAMED)
         meant = [" ".join(known) for known in NAMED if sorted(known) == sorted(names)]
         hint = f". Did you mean {meant[0]!r}, the order of the rows?" if meant else ""
-        raise ValueError(f"angles must be {said}, or a value of fastaff.models.angles, got {value!r}{hint}")
+        raise ValueError(f"signals must be {said}, or a value of fastaff.models.angles, got {value!r}{hint}")
     return found
 
 
-def suited(angles: Any, degrees_of_freedom: int, whose: str) -> None:
+def suited(signals: Any, degrees_of_freedom: int, whose: str) -> None:
     """Refuse angles of another number of coordinates; those with a name are named in the error."""
-    if len(angles.names) != degrees_of_freedom:
-        said = " ".join(angles.names)
-        n = len(angles.names)
+    if len(signals.names) != degrees_of_freedom:
+        said = " ".join(signals.names)
+        n = len(signals.names)
         own = next((" ".join(names) for names in NAMED if len(names) == degrees_of_freedom), None)
-        named = f" {said!r} are those of {n} Cartesian coordinates" if angles.names in NAMED else f" got {angles!r}"
-        other = f", of {degrees_of_freedom} they are {own!r}; without angles= coordinates are their own" if own else ""
-        raise ValueError(f"angles must have {degrees_of_freedom} angles for {whose};{named}{other}")
+        named = f" {said!r} are those of {n} Cartesian coordinates" if signals.names in NAMED else f" got {signals!r}"
+        other = f", of {degrees_of_freedom} they are {own!r}; without signals= coordinates are their own" if own else ""
+        raise ValueError(f"signals must have {degrees_of_freedom} angles for {whose};{named}{other}")
 
 
 class SignalLayout:
@@ -66,7 +66,7 @@ class SignalLayout:
         self.angles = angles
         planes = angles.planes
         if sorted(planes) != list(planes):
-            raise ValueError(f"angles must have those of planes last, got planes {planes} of {angles!r}")
+            raise ValueError(f"signals must have those of planes last, got planes {planes} of {angles!r}")
         self.librations = [i for i, plane in enumerate(planes) if not plane]
         self.planes = [i for i, plane in enumerate(planes) if plane]
         self.m = len(self.librations)

@@ -46,12 +46,12 @@ def symmetric(s: Signals, m: int) -> np.ndarray:
 def about_axis(
     some: Lattices, azimuth: LoopRates, time: np.ndarray, threads: int
 ) -> tuple[LoopRates, np.ndarray, np.ndarray]:
-    """Return the rates (orbits, n) of R (, z) and phi, the integers (orbits, n, n) of their leading lines, and a mask
+    """Return the rates (orbits, n) of R (, z) and phi, the integers (orbits, n, n) of their dominant lines, and a mask
     (orbits, 1) of orbits whose azimuth has a mean rate, from those of generators and of the azimuth (orbits, 1).
 
     A line of R or z that the other frequencies combine to is driven: in a bar R has the line 2 nu_phi, often its
     strongest. The frequency is that of the strongest line that makes a basis with the others; where there is none,
-    the leading line is shown, and the rank is smaller. The azimuth of an orbit that does not go around may make no
+    the dominant line is shown, and the rank is smaller. The azimuth of an orbit that does not go around may make no
     basis: the frequency is then that of a generator.
     """
     lattice = some.rates
@@ -69,7 +69,7 @@ def about_axis(
     vectors = np.tile(own, (len(turns), 1, 1))
     again = np.flatnonzero((found.combination == 0).all(axis=2).any(axis=1))
     combination = found.combination.copy()
-    combination[again] = _through(some, again, found.leading, found.leading_error, slack, threads)
+    combination[again] = _through(some, again, found.dominant, found.dominant_error, slack, threads)
     combination[goes, -1] = turns[goes]
     which = np.flatnonzero((combination != own).any(axis=(1, 2)))
     vectors[which] = _basis(some, which, turns[which], slack, threads)
@@ -101,7 +101,7 @@ def _without_driven(some: Lattices, time: np.ndarray, threads: int) -> None:
         found.owned[driven, j] = False
         found.rank[driven] -= 1
     again = found.rank < before
-    k = _integers(found, nu, found.spread, found.leading, found.leading_error, threads)
+    k = _integers(found, nu, found.spread, found.dominant, found.dominant_error, threads)
     found.combination[again] = k[again]
 
 
@@ -169,9 +169,9 @@ def through_the_plane(some: Lattices, m: int, s: Signals, start: Signals | None,
     better = _settled(now, run.time) | (now.rates.error.max(axis=1) < some.rates.error[own].max(axis=1))
     taking = own[better]
     found = taken(now.found, better)
-    seen = {name: getattr(some.found, name)[taking] for name in ("leading", "leading_error", "lines")}
+    seen = {name: getattr(some.found, name)[taking] for name in ("dominant", "dominant_error", "lines")}
     found = found._replace(**seen)
-    k = _integers(found, found.nu, found.spread, found.leading, found.leading_error, threads)
+    k = _integers(found, found.nu, found.spread, found.dominant, found.dominant_error, threads)
     store_rows(some.found, taking, found._replace(combination=k))
     store_rows(some.rates, taking, taken(now.rates, better))
     for old, new in zip(some[2:], now[2:], strict=True):

@@ -7,9 +7,9 @@ import numpy as np
 from ..runs.schemes.catalogue import Scheme
 from .angle_lines import LineTable
 from .angle_loops import SignalLayout
+from .classify import classify
 from .frequencies import FrequencyMap
 from .readings import Reading
-from .verdicts import kinds
 
 
 class FrequencyTable:
@@ -19,9 +19,9 @@ class FrequencyTable:
 
     def __init__(self, layout: SignalLayout, orbits: int, lines: int | None = None):
         self.layout, n = layout, len(layout.angles.names)
-        self.nu, self.leading = np.zeros((2, n, orbits))
+        self.nu, self.dominant = np.zeros((2, n, orbits))
         self.halves = np.zeros((2, n, orbits))
-        self.error, self.leading_error, self.scheme_error = np.full((3, n, orbits), np.inf)
+        self.error, self.dominant_error, self.scheme_error = np.full((3, n, orbits), np.inf)
         self.rank = np.zeros(orbits, np.int64)
         self.basis = np.zeros((n, n, orbits), np.int64)
         self.halves_error = np.full((2, n, orbits), np.inf)
@@ -30,7 +30,7 @@ class FrequencyTable:
 
     def adopt(self, orbits: np.ndarray, reading: Reading) -> None:
         """Fill in the reading of these orbits."""
-        for name in ("nu", "error", "scheme_error", "leading", "leading_error"):
+        for name in ("nu", "error", "scheme_error", "dominant", "dominant_error"):
             getattr(self, name)[:, orbits] = getattr(reading, name).T
         for name in ("halves", "halves_error"):
             getattr(self, name)[:, :, orbits] = getattr(reading, name).transpose(2, 1, 0)
@@ -43,14 +43,14 @@ class FrequencyTable:
         """Change (n, orbits) of the frequencies from one half to the other."""
         return np.abs(self.halves[0] - self.halves[1])
 
-    def kind(self, time: float | np.ndarray) -> np.ndarray:
-        """Return the kind of each orbit from its frequencies over that time and their change."""
+    def classification(self, time: float | np.ndarray) -> np.ndarray:
+        """Return the classification of each orbit from its frequencies over that time and their change."""
         m = self.layout.m
         turns = time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
         # Two steady lines closer than 1/time, such as those of a slow precession, look alike and may change by a turn.
         unknown = time * np.where(np.isfinite(self.error[:m]), self.error[:m], 0.0) >= 1
         undecided = self.vague | (unknown.any(axis=0) & (not self.layout.body))
-        return kinds(self.rank, len(self.nu), np.where(self.reached, turns, 0.0), undecided, self.irregular)
+        return classify(self.rank, len(self.nu), np.where(self.reached, turns, 0.0), undecided, self.irregular)
 
     def assembled(
         self,
@@ -69,8 +69,8 @@ class FrequencyTable:
         a body; t: the time that each orbit reached, read: that over which it was read.
         """
         names = self.layout.angles.names
-        leading_error = self.leading_error
-        nu, leading, halves = (np.where(self.reached, rows, np.nan) for rows in (nu, self.leading, self.halves))
+        dominant_error = self.dominant_error
+        nu, dominant, halves = (np.where(self.reached, rows, np.nan) for rows in (nu, self.dominant, self.halves))
         halves_error = self.halves_error
         # A libration of a coupled body may have no angle of its own; those of the planes always exist.
         body = self.layout.body and not self.layout.axis
@@ -81,8 +81,8 @@ class FrequencyTable:
             eta = nu[-2]
             gamma = nu[-1]
             names = (*names[:-2], "phi", "psi")
-            nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
-            error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
+            nu, dominant = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, dominant))
+            error, dominant_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, dominant_error))
             halves = np.stack(
                 [*halves[:, :-2].swapaxes(0, 1), halves[:, -2:].sum(axis=1) / 2, (halves[:, -1] - halves[:, -2]) / 2], 1
             )
@@ -101,13 +101,13 @@ class FrequencyTable:
             time=time,
             scheme=scheme,
             step=step,
-            kind=self.kind(read),
+            classification=self.classification(read),
             rank=self.rank,
-            leading=leading,
-            leading_error=leading_error,
+            dominant=dominant,
+            dominant_error=dominant_error,
             basis=self.basis,
             t=t,
             lines=None if self.lines is None else self.lines.result(),
-            halves=halves,
-            halves_error=halves_error,
+            nu_halves=halves,
+            nu_halves_error=halves_error,
         )

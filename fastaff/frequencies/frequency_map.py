@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.classification import is_regular
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, fits, whole
 from ..core.status import Status
@@ -17,7 +18,7 @@ from ..results.calls import Starts, coerces_arguments, records_call
 from ..runs import observers, scales
 from ..runs.accuracy import HALVINGS
 from ..runs.flow import Ensemble, Flow, energy_error, mark_drift
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import check_needs, checked_model
 from ..runs.scales import natural_rates
@@ -25,9 +26,9 @@ from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..systems.models.contracts import Angles, Dynamics
 from ..systems.models.mechanics import system_of
-from .angle_loops import Plain, SignalLayout, angles_of, suited
+from .angle_loops import Plain, SignalLayout, named_signals, suited
 from .found_frequencies import FrequencyTable
-from .frequencies import FrequencyKind, FrequencyMap
+from .frequencies import FrequencyMap
 from .fundamental import fastest
 from .map_frequencies import map_frequencies
 from .readings import SampledOrbits, read
@@ -71,15 +72,15 @@ BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
 
 
-@coerces_arguments(z0=starts_of, scheme=scheme_of, angles=angles_of)
+@coerces_arguments(z0=starts_of, scheme=scheme_of, signals=named_signals)
 @records_call
 def frequency_map(
-    body: Dynamics,
+    model: Dynamics,
     z0: Starts,
     *,
     time: float,
     accuracy: float | None = None,
-    angles: Angles | str | None = None,
+    signals: Angles | str | None = None,
     window: int | None = None,
     step: float | np.ndarray | None = None,
     scheme: Scheme | str | None = None,
@@ -88,19 +89,19 @@ def frequency_map(
     energy_tolerance: float | None = None,
     lines: int | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> FrequencyMap:
-    """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
+    """Find the fundamental frequencies of orbits of `model` from `z0` over `time`.
 
     Parameters
     ----------
-    body, z0 : as in `integrate`
+    model, z0 : as in `integrate`
     time : float > 0, time
         Best 50 periods or more, at least 18; for a map a number of iterates.
     accuracy : float, default 1e-11
         Error of the scheme, relative to an orbit's largest frequency: steps are chosen for it and halved where they
         miss it. The error due to a short `time` stays in `error`.
-    angles : value of `fastaff.models.angles`, or "R z phi", "R phi", optional
+    signals : value of `fastaff.models.angles`, or "R z phi", "R phi", optional
         Default: the angles natural to the potential, or the coordinates and momenta themselves.
     window : int, turns, optional
         For a map: the first and the last window are compared for the diffusion, instead of the halves.
@@ -109,12 +110,12 @@ def frequency_map(
     scheme, rtol, atol, energy_tolerance : as in `integrate`
     lines : int, optional
         Number of strongest lines of each angle's signal to return too, as `AngleLines`.
-    threads, report : as in `integrate`
+    threads, callback : as in `integrate`
 
     Returns
     -------
     `FrequencyMap`
-        Frequencies in cycles per unit time, with errors, diffusion and kinds.
+        Frequencies in cycles per unit time, with errors, diffusion and classes.
 
     Raises
     ------
@@ -158,11 +159,11 @@ def frequency_map(
     scheme, whose error grows, times the ratio of the times (tolerances a hundredth for an adaptive one), for a
     splitting with the change taken off the value; and rounding.
 
-    Kinds: INDEPENDENT, all visible lines are combinations of n frequencies. DEPENDENT, they are combinations of fewer,
-    with leading lines known to 1e-3 cycles over the time. UNDECIDED, a line is not explained, a frequency is off by
+    Classes: REGULAR, all visible lines are combinations of n frequencies. RESONANT, they are combinations of fewer,
+    with dominant lines known to 1e-3 cycles over the time. UNDECIDED, a line is not explained, a frequency is off by
     0.15 cycles or more, or a combination of frequencies may be 0: it is within its error; or, where a frequency is not
-    a leading line, it turns by less than 1 cycle and has ``|k| <= 4`` or is too small to be so by chance. IRREGULAR,
-    frequencies differ between the whole and the halves by 0.25 cycles over a half or more, and the leading lines are
+    a dominant line, it turns by less than 1 cycle and has ``|k| <= 4`` or is too small to be so by chance. IRREGULAR,
+    frequencies differ between the whole and the halves by 0.25 cycles over a half or more, and the dominant lines are
     neither sharp nor nearly all of the motion.
 
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
@@ -185,39 +186,46 @@ def frequency_map(
            [0.159622]])
     """
     options = Options(
-        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+        scheme,
+        step,
+        accuracy,
+        rtol=rtol,
+        atol=atol,
+        energy_tolerance=energy_tolerance,
+        threads=threads,
+        callback=callback,
     )
-    problem = Problem(body, z0, options)
+    problem = Problem(model, z0, options)
     time = problem.iterates("time", time)
     checked_model(problem.model, needs="regular motion")
     lines = None if lines is None else whole("lines", lines, 1)
     if problem.system.iterated:
-        return map_frequencies(problem, time=time, window=window, angles=angles, lines=lines)
+        return map_frequencies(problem, time=time, window=window, signals=signals, lines=lines)
     if window is not None:
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
-    if angles is None and getattr(problem.model, "angles", None) is None:
-        check_needs(problem.system, "angles of coordinates alone")
+    if signals is None and getattr(problem.model, "angles", None) is None:
+        check_needs(problem.system, "signals of coordinates alone")
     goal = options.goal(ACCURACY)
-    angles = checked_angles(angles, problem.model)
+    signals = checked_signals(signals, problem.model)
     flow, z, *_ = problem.plan(time=time, error=goal or ACCURACY)
-    work = FrequencyWork(flow, angles, z, time, goal, report, lines)
+    work = FrequencyWork(flow, signals, z, time, goal, callback, lines)
     with partial_result_on_interrupt("frequency_map", lambda: work.result(options.drift)):
         work.run(options.drift)
     return work.result(options.drift)
 
 
-def checked_angles(angles: Any, body: Any) -> Any:
-    """Return `angles`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
-    system = system_of(body)
-    chosen: Any = getattr(body, "angles", None) if angles is None else angles
-    if angles is None and (chosen is None or (any(chosen.planes) and not system.isotropic)):
+def checked_signals(signals: Any, model: Any) -> Any:
+    """Return `signals`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
+    system = system_of(model)
+    chosen: Any = getattr(model, "angles", None) if signals is None else signals
+    if signals is None and (chosen is None or (any(chosen.planes) and not system.isotropic)):
         return Plain(system.names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
-            f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {chosen!r}; "
-            f"{type(body).__name__} has no `angles` of its own"
+            f"signals must be a text such as 'R z phi', or a value of fastaff.models.angles, got {chosen!r}; "
+            f"{type(model).__name__} has no `angles` of its own"
         )
-    suited(chosen, body.degrees_of_freedom, type(body).__name__)
+    suited(chosen, model.degrees_of_freedom, type(model).__name__)
     return chosen
 
 
@@ -227,24 +235,24 @@ class FrequencyWork:
     def __init__(
         self,
         flow: Flow,
-        angles: Any,
+        signals: Any,
         z0: np.ndarray,
         time: float,
         accuracy: float | None,
-        report: Report | None,
+        callback: Callback | None,
         lines: int | None = None,
     ):
         if not flow.adaptive:
             self.rate = scales.fastest_rates(flow.system, z0, flow.step)
             flow = resolving(flow, self.rate, time)
         self.flow = flow
-        self.angles = angles
+        self.angles = signals
         self.z0 = z0
         self.time = time
-        self.report = report
+        self.callback = callback
         self.accuracy = accuracy
-        self.layout = SignalLayout(angles, flow.model.degrees_of_freedom, flow.system.periods)
-        self.n = len(angles.names)
+        self.layout = SignalLayout(signals, flow.model.degrees_of_freedom, flow.system.periods)
+        self.n = len(signals.names)
         self.orbits = z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.found = FrequencyTable(self.layout, self.orbits, lines)
@@ -258,7 +266,7 @@ class FrequencyWork:
         flow = self.flow
         orbits = np.arange(self.orbits)
         before = np.full(self.orbits, np.inf)
-        with Passes(self.report) as passes:
+        with Passes(self.callback) as passes:
             for _ in range(HALVINGS + 1):
                 self._pass(flow, orbits, passes.take(1.0, 0.0 if self.accuracy is None else FINER))
                 if self.accuracy is None:
@@ -279,7 +287,7 @@ class FrequencyWork:
         are none.
         """
         found = self.found
-        known = found.kind(self.time) <= FrequencyKind.DEPENDENT
+        known = is_regular(found.classification(self.time))
         share = np.where(np.isfinite(found.scheme_error), found.scheme_error, 0.0)
         # A finer step does not help where the time is too short.
         share = np.where(share > BESIDE * found.error, share, 0.0).max(axis=0)
@@ -287,13 +295,13 @@ class FrequencyWork:
         energy = np.nan_to_num(energy_error(self.flow.system, self.ensemble), nan=0.0, posinf=0.0)
         return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
 
-    def _pass(self, flow: Flow, orbits: np.ndarray, report: Report | None) -> None:
+    def _pass(self, flow: Flow, orbits: np.ndarray, callback: Callback | None) -> None:
         """Sample these orbits and find their frequencies, as many at a time as memory allows."""
         counts, steps = self._counts(flow, orbits)
         fits("time", self.layout.rows, int(counts.max(initial=0)))  # samples of one orbit
         order = np.argsort(counts, kind="stable")
         begin = 0
-        passes = Passes(report)
+        passes = Passes(callback)
         while begin < orbits.size:
             ahead = counts[order[begin:]]
             number = np.arange(1, ahead.size + 1)
@@ -356,7 +364,7 @@ class FrequencyWork:
         scheme = self.flow.scheme
         for alike in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
             parts = max(1, math.ceil(8 * self.layout.rows * float(counts[alike].sum()) / BUDGET))
-            told = 0 if passes.report is None else min(PARTS, alike.size // (LANES * flow.threads))
+            told = 0 if passes.callback is None else min(PARTS, alike.size // (LANES * flow.threads))
             for some in np.array_split(alike, min(max(parts, told), alike.size)):
                 samples = SampledOrbits(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
                 left -= some.size
@@ -371,7 +379,7 @@ class FrequencyWork:
         time: Any,
         counts: np.ndarray,
         room: ReusableBuffer,
-        report: Report | None = None,
+        callback: Callback | None = None,
     ) -> tuple[Signals, Ensemble]:
         """Return so many samples of the signals of these orbits, and the orbits' ends; samples that were not reached
         are arbitrary.
@@ -389,7 +397,9 @@ class FrequencyWork:
         memory[CHUNK_ROWS.start] = start
         alike = flow.adaptive
         time, observations = (float(np.max(time)), int(counts[0])) if alike else (time, counts)
-        flow.advance(run, observer, memory, signals.numbers[None], time=time, observations=observations, report=report)
+        flow.advance(
+            run, observer, memory, signals.numbers[None], time=time, observations=observations, callback=callback
+        )
         return signals, run
 
     def _adopt(self, orbits: np.ndarray, samples: SampledOrbits) -> None:

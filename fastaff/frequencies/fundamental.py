@@ -91,20 +91,20 @@ class LatticeModes(NamedTuple):
     """Modes from the lines of loops: arrays over orbits first, then over m loops (NaN or 0 past the rank).
 
     rank: number of independent frequencies found; nu, spread: the frequency of each loop and its error bar, from lines;
-    leading, leading_error: strongest line of each loop; combination (orbits, m, m): integers with leading = combination
-    @ nu, 0 where none is known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q
-    and P itself where a loop has none of its own; owned: mask of loops with their own; moving: of those that move;
-    rest (orbits,): share of a loop's size that its lines leave, the largest one's; lines (orbits, 3, m, LINES):
-    frequencies, error bars and amplitudes of the strongest lines; tail (orbits,): the largest amplitude near the
-    highest frequency that samples show, relative to the loop's largest; strange (orbits,): the largest amplitude of a
-    line that the frequencies do not explain, relative to its loop's largest.
+    dominant, dominant_error: strongest line of each loop; combination (orbits, m, m): integers with dominant =
+    combination @ nu, 0 where none is known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each
+    frequency, that of Q and P itself where a loop has none of its own; owned: mask of loops with their own; moving: of
+    those that move; rest (orbits,): share of a loop's size that its lines leave, the largest one's; lines (orbits, 3,
+    m, LINES): frequencies, error bars and amplitudes of the strongest lines; tail (orbits,): the largest amplitude near
+    the highest frequency that samples show, relative to the loop's largest; strange (orbits,): the largest amplitude of
+    a line that the frequencies do not explain, relative to its loop's largest.
     """
 
     rank: np.ndarray
     nu: np.ndarray
     spread: np.ndarray
-    leading: np.ndarray
-    leading_error: np.ndarray
+    dominant: np.ndarray
+    dominant_error: np.ndarray
     combination: np.ndarray
     dual: np.ndarray
     offset: np.ndarray
@@ -191,8 +191,8 @@ def _no_modes(orbits: int, m: int) -> LatticeModes:
         rank=np.zeros(orbits, np.int64),
         nu=zero.copy(),
         spread=np.full((orbits, m), np.inf),
-        leading=zero.copy(),
-        leading_error=np.full((orbits, m), np.inf),
+        dominant=zero.copy(),
+        dominant_error=np.full((orbits, m), np.inf),
         combination=np.zeros((orbits, m, m), np.int64),
         dual=np.zeros((orbits, m, 2 * m), complex),
         offset=zero.astype(complex),
@@ -354,8 +354,8 @@ def _with_weak(
     run(kernels.generators, count, arguments, threads, BRIEF)
     made = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
     result = taken(found, np.arange(count))
-    top = found.leading
-    top_bar = found.leading_error
+    top = found.dominant
+    top_bar = found.dominant_error
     _place(result, lattice, made, top, top_bar, found.moving, threads)
     complete = result.rank == result.moving.sum(axis=1)
     result.strange[:] = np.maximum(found.strange, np.where(complete, 0.0, unexplained))
@@ -479,7 +479,7 @@ def _place(
     moving: np.ndarray,
     threads: int,
 ) -> None:
-    """Fill in generators, each with the loop of whose motion it has most, and leading lines `top`."""
+    """Fill in generators, each with the loop of whose motion it has most, and dominant lines `top`."""
     rank, nu, spread, _ = lattice
     orbits, m = nu.shape
     place = places(made.share, nu, rank, moving)
@@ -498,11 +498,11 @@ def _place(
     result.owned[:] = owned
     result.moving[:] = moving
     result.dual[:] = np.where(owned[:, :, None], made.dual[rows, place], plain * moving[:, :, None])
-    # A loop without a frequency of its own shows its leading line, which depends on the others.
+    # A loop without a frequency of its own shows its dominant line, which depends on the others.
     result.nu[:] = np.where(owned, nu, top)
     result.spread[:] = np.where(owned, spread, top_bar)
-    result.leading[:] = top
-    result.leading_error[:] = top_bar
+    result.dominant[:] = top
+    result.dominant_error[:] = top_bar
 
 
 def _dual(

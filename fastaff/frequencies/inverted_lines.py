@@ -18,7 +18,8 @@ PARTS = (0.7,)
 
 SAFETY = 5.0
 """Factor of the error over the largest of growth, residual and differences of windows: 98.9 % of 1937 lines of regular
-orbits over 20 to 300 periods are within, 0.2 % ten times beyond; with verdicts see `bench/frequency_coverage.py`.
+orbits over 20 to 300 periods are within, 0.2 % ten times beyond; with classifications see
+`bench/frequency_coverage.py`.
 """
 
 HALVES_SAFETY = 20.0

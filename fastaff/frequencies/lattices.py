@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .classify import changing, close_lines, unexplained, unsettled
 from .fundamental import LatticeModes, Loops, modes
 from .inverted_lines import PARTS
 from .loop_rates import LoopRates, line_frequencies
 from .signals import Signals
-from .verdicts import changing, close_lines, unexplained, unsettled
 
 DRIFT = 3.0
 """Factor of what the frequency of a half differs from that of the whole beyond its own error: of orbits next to

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.classification import Classification
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import fits, whole
 from ..core.status import Status
@@ -16,12 +17,13 @@ from ..engine.threads import by_portions
 from ..runs import observers
 from ..runs.flow import Ensemble, Flow, no_memory
 from ..runs.given_orbits import given_orbits, lengths
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.options import Problem
 from ..runs.requirements import check_given
 from .angle_lines import LineTable
 from .angle_loops import Plain, SignalLayout
-from .frequencies import FrequencyKind, FrequencyMap
+from .classify import MANY_TURNS
+from .frequencies import FrequencyMap
 from .inverted_lines import inverted_values
 from .plane_modes import driven, entangled
 from .rooms import ReusableBuffer
@@ -29,7 +31,6 @@ from .running_turns import ROWS, running_means
 from .signals import signals_of
 from .tunes import EXACT, FALLBACK, LEAST, SHORT, TuneWork
 from .turning import CHANGED, COST, LOCKED, ROUNDING, calm_change, from_whole, relations
-from .verdicts import MANY_TURNS
 
 BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
@@ -63,13 +64,13 @@ def map_frequencies(
     *,
     time: float,
     window: int | None,
-    angles: Any,
+    signals: Any,
     lines: int | None,
 ) -> FrequencyMap:
     """Return the frequency map of a map, see `frequency_map`."""
     flow, z, *_ = problem.plan(time=time)
     turns = int(time)
-    check_given(flow.system, "a time", "the loops of a map are those of (q, p)", angles=angles)
+    check_given(flow.system, "a time", "the loops of a map are those of (q, p)", signals=signals)
     if window is not None and 2 * whole("window", window, LEAST) > turns:
         raise ValueError(f"window must be at most half of the {turns} iterates, got {window!r}")
     if turns < LEAST:
@@ -77,7 +78,7 @@ def map_frequencies(
     fits("time", len(z), turns if window is None else int(window))
     work = MapFrequencies(flow, z, turns, window, lines)
     with partial_result_on_interrupt("frequency_map", work.result):
-        work.run(problem.options.report)
+        work.run(problem.options.callback)
     return work.result()
 
 
@@ -119,15 +120,15 @@ class MapFrequencies:
         self.span = np.full(orbits, float(self.length))
         self.vague = np.zeros(orbits, bool)
 
-    def run(self, report: Report | None = None) -> None:
+    def run(self, callback: Callback | None = None) -> None:
         """Find the frequencies of all orbits, as many at a time as memory allows."""
         orbits = self.z.shape[1]
         portion = BUDGET // (8 * ROWS)
         for begin in range(0, orbits, portion):
             part = np.arange(begin, min(begin + portion, orbits))
             self._portion(part)
-            if report is not None:
-                report(part[-1] / orbits)
+            if callback is not None:
+                callback(part[-1] / orbits)
 
     def _portion(self, part: np.ndarray) -> None:
         """Find the frequencies of these orbits."""
@@ -304,11 +305,11 @@ class MapFrequencies:
     def result(self) -> FrequencyMap:
         """Assemble the map."""
         n, orbits = self.nu.shape
-        kind, diffusion, error = np.empty(orbits, np.int64), np.empty(orbits), self.error.copy()
+        classification, diffusion, error = np.empty(orbits, np.int64), np.empty(orbits), self.error.copy()
         own = np.zeros((n, orbits), bool)
 
         def some(at: slice) -> None:
-            kind[at], diffusion[at], own[:, at], error[:, at] = self._kinds(at)
+            classification[at], diffusion[at], own[:, at], error[:, at] = self._classify(at)
 
         by_portions(some, orbits, COST * n, self.flow.threads)
         known = np.isfinite(self.error)
@@ -327,18 +328,18 @@ class MapFrequencies:
             time=float(self.turns),
             scheme=self.flow.scheme,
             step=self.flow.step,
-            kind=kind,
+            classification=classification,
             rank=own.sum(axis=0),
-            leading=nu.copy(),
-            leading_error=error.copy(),
+            dominant=nu.copy(),
+            dominant_error=error.copy(),
             basis=basis,
             t=self.t,
             lines=None if self.lines is None else self.lines.result(),
         )
 
-    def _kinds(self, at: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return kinds and diffusion of some orbits, a mask (n, orbits) of the frequencies that are independent of the
-        earlier ones, and the errors (n, orbits).
+    def _classify(self, at: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return classes and diffusion of some orbits, a mask (n, orbits) of the frequencies that are independent of
+        the earlier ones, and the errors (n, orbits).
         """
         tables = self.nu, self.error, self.halves, self.later, self.span
         nu, error, halves, later, whole_span = (table[..., at] for table in tables)
@@ -353,18 +354,20 @@ class MapFrequencies:
         span = whole_span if self.kept else whole_span / 2
         related = relations(nu, error, whole_span, wound)
         own = known & ~related.tied & ~(_locked(nu, error, self.length) & wound[:, None])
-        kind = np.where(own.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
+        classification = np.where(own.all(axis=0), Classification.REGULAR, Classification.RESONANT)
         error = np.maximum(error, related.unseen)
         error = np.where(vague & ~wound[:, None], np.maximum(error, 1 / np.maximum(whole_span, 1)), error)
-        kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
+        classification[span * largest > CHANGED] = Classification.UNDECIDED
         beyond = np.where(wound[:, None], SWINGS, calm_change(nu, halves, span))
-        kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
-        kind[(kind != FrequencyKind.IRREGULAR) & related.unsure] = FrequencyKind.UNDECIDED
-        kind[np.logical_or(np.logical_not(some), vague)] = FrequencyKind.UNDECIDED
+        classification[(span * change > beyond).any(axis=0)] = Classification.IRREGULAR
+        classification[(classification != Classification.IRREGULAR) & related.unsure] = Classification.UNDECIDED
+        classification[np.logical_or(np.logical_not(some), vague)] = Classification.UNDECIDED
         turned = whole_span * np.where(known, from_whole(nu), 0.0).max(axis=0)
         ended = whole_span < self.length
-        kind[(turned < MANY_TURNS) & (ended | (kind == FrequencyKind.INDEPENDENT))] = FrequencyKind.UNDECIDED
-        return kind, np.where(some, np.log10(largest + 1e-18), np.nan), own, error
+        classification[(turned < MANY_TURNS) & (ended | (classification == Classification.REGULAR))] = (
+            Classification.UNDECIDED
+        )
+        return classification, np.where(some, np.log10(largest + 1e-18), np.nan), own, error
 
     def _wound_rows(self) -> np.ndarray:
         """Return a mask (n,) of the coordinates that are angles."""

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import an_array, positive, reporter, whole
+from ..core.numbers import an_array, checked_callback, positive, whole
 from ..engine.threads import checked_threads, together, works
 from ..results.progress import says_progress
 from ..results.result import Result, along
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from .kernels.naff_fit import fit_lines, sums_of
 from .kernels.naff_lines import NaffWindow, workspace
 from .windows import tabulated
@@ -63,7 +63,7 @@ def naff(
     lines: int,
     window_order: int = 2,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> FrequencyLines:
     """Find the strongest `lines` spectral lines of each signal and fit them together.
 
@@ -78,7 +78,7 @@ def naff(
     window_order : int, 0 (none) to 12, default 2
         p of the window (1 + cos)^p. Higher orders suppress far lines that are not fitted (their pull falls like
         distance^-(2p+1)), widen a line to p + 1 bins and pass more noise.
-    threads, report : as in `integrate`
+    threads, callback : as in `integrate`
 
     Returns
     -------
@@ -122,7 +122,7 @@ def naff(
     >>> found.nu.round(9), abs(found.amplitude).round(9)
     (array([ 0.31, -0.7 ]), array([1. , 0.5]))
     """
-    reporter(report)
+    checked_callback(callback)
     signal, dt, lines, order = _checked(signal, dt, lines, window_order)
     shape = signal.shape[:-1]
     samples = signal.shape[-1]
@@ -138,7 +138,7 @@ def naff(
     workers = 1 if works() else max(1, min(len(chunks), checked_threads(threads)))
     stop = threading.Event()
 
-    def analyse(worker: int, report: Report | None = None) -> None:
+    def analyse(worker: int, callback: Callback | None = None) -> None:
         scratch = _Scratch(min(rows, batch), _window(samples, order), lines)
         for chunk in chunks[worker::workers]:
             if stop.is_set():
@@ -146,8 +146,8 @@ def naff(
             part = FrequencyLines(nu[chunk], amplitude[chunk], error[chunk], residual=residual[chunk])
             scratch.analyse(flat[chunk], chunk.start, part)
             finished[chunk] = True
-            if report is not None:
-                report(float(finished.mean()))
+            if callback is not None:
+                callback(float(finished.mean()))
 
     def found() -> FrequencyLines:
         missing = ~finished
@@ -163,10 +163,10 @@ def naff(
 
     with partial_result_on_interrupt("naff", found):
         if workers == 1:
-            analyse(0, report)
+            analyse(0, callback)
         else:
             calls = [functools.partial(analyse, worker) for worker in range(workers)]
-            together(calls, stop.set, lambda: report is not None and report(float(finished.mean())))
+            together(calls, stop.set, lambda: callback is not None and callback(float(finished.mean())))
     return found()
 
 

@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import reporter, whole
+from ..core.numbers import checked_callback, whole
 from ..core.status import Status
 from ..engine.threads import checked_threads
 from ..results.calls import coerces_arguments
 from ..results.progress import says_progress
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.requirements import checked_model
 from ..systems.models.contracts import Angles, Dynamics
-from .angle_loops import Plain, SignalLayout, angles_of, suited
+from .angle_loops import Plain, SignalLayout, named_signals, suited
 from .found_frequencies import FrequencyTable
 from .frequencies import FrequencyMap
-from .frequency_map import checked_angles
+from .frequency_map import checked_signals
 from .fundamental import fastest, values
 from .kernels.loops import Loops
 from .readings import SampledOrbits, read
@@ -56,7 +56,7 @@ that of a line with three and a half samples a period.
 """
 
 
-@coerces_arguments(angles=angles_of)
+@coerces_arguments(signals=named_signals)
 @says_progress
 def orbit_frequencies(
     samples: Given,
@@ -64,11 +64,11 @@ def orbit_frequencies(
     *,
     times: ArrayLike | None = None,
     coordinates: str | Sequence[str] | None = None,
-    body: Dynamics | None = None,
-    angles: Angles | str | None = None,
+    model: Dynamics | None = None,
+    signals: Angles | str | None = None,
     lines: int | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> FrequencyMap:
     """Find the fundamental frequencies of orbits known as samples in time: of another program, or of `integrate`.
 
@@ -86,12 +86,12 @@ def orbit_frequencies(
         Instead of dt, equidistant to a millionth (default: those of Orbits or of a labelled array).
     coordinates : sequence of str, optional
         Names of the 2n rows.
-    body : model, optional
+    model : model, optional
         Model whose natural angles are used.
-    angles : as in `frequency_map`, or "R z phi", "R phi"
+    signals : as in `frequency_map`, or "R z phi", "R phi"
         Cylindrical or polar, for rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and
         its momentum, or velocity.
-    lines, threads, report : as in `frequency_map`
+    lines, threads, callback : as in `frequency_map`
 
     Returns
     -------
@@ -107,7 +107,7 @@ def orbit_frequencies(
 
     Notes
     -----
-    Frequencies, errors, diffusion and kinds are those of `frequency_map`, the same numbers to the bit for the same
+    Frequencies, errors, diffusion and classes are those of `frequency_map`, the same numbers to the bit for the same
     samples in any container. There is no run with half the step: errors include window, rounding and white noise, such
     as that of samples in single precision, by the level between lines (three standard deviations), not the scheme that
     made the samples. Samples must resolve the motion, with four or more in a period of its fastest line: orbits
@@ -128,36 +128,38 @@ def orbit_frequencies(
     >>> fa.orbit_frequencies([np.cos(3 * t), -np.sin(3 * t)], 0.1).omega.round(9)
     array([[3.]])
     """
-    reporter(report)
+    checked_callback(callback)
     given = given_orbits(samples, dt=dt, times=times, coordinates=coordinates, least=LEAST)
     if given.interval is None:
         raise ValueError(
             "dt must be given, the time between samples: these do not tell; for turn-by-turn data see tunes"
         )
     lines = None if lines is None else whole("lines", lines, 1)
-    layout = SignalLayout(_angles(given, body, angles), given.shape[0] // 2)
-    work = _Work(given, layout, lines, checked_threads(threads), report)
+    layout = SignalLayout(_signals(given, model, signals), given.shape[0] // 2)
+    work = _Work(given, layout, lines, checked_threads(threads), callback)
     with partial_result_on_interrupt("orbit_frequencies", work.result):
         work.run()
     return work.result()
 
 
-def _angles(given: GivenOrbits, body: Any, angles: Any) -> Any:
+def _signals(given: GivenOrbits, model: Any, signals: Any) -> Any:
     """Return the angles of orbits."""
     n = given.shape[0] // 2
-    if body is not None:
-        if checked_model(body, needs="Hamilton's equations").degrees_of_freedom != n:
+    if model is not None:
+        if checked_model(model, needs="Hamilton's equations").degrees_of_freedom != n:
             raise ValueError(
-                f"body must have {n} degrees of freedom for samples of {2 * n} rows, {type(body).__name__} has "
-                f"{body.degrees_of_freedom}"
+                f"model must have {n} degrees of freedom for samples of {2 * n} rows, {type(model).__name__} has "
+                f"{model.degrees_of_freedom}"
             )
-        return checked_angles(angles, body)
-    if angles is None:
+        return checked_signals(signals, model)
+    if signals is None:
         return Plain(given.angles)
-    if not all(hasattr(angles, name) for name in ("signals", "names", "planes")):
-        raise TypeError(f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {angles!r}")
-    suited(angles, n, f"samples of {2 * n} rows")
-    return angles
+    if not all(hasattr(signals, name) for name in ("signals", "names", "planes")):
+        raise TypeError(
+            f"signals must be a text such as 'R z phi', or a value of fastaff.models.angles, got {signals!r}"
+        )
+    suited(signals, n, f"samples of {2 * n} rows")
+    return signals
 
 
 def _portions(signals: Signals, loops: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -178,12 +180,12 @@ class _Work:
         layout: SignalLayout,
         lines: int | None,
         threads: int,
-        report: Report | None,
+        callback: Callback | None,
     ):
         self.given = given
         self.layout = layout
         self.threads = threads
-        self.report = report
+        self.callback = callback
         self.found = FrequencyTable(layout, given.shape[1], lines)
         self.interval, self.states = float(given.interval or 0.0), ReusableBuffer()
         self.status = np.full(given.shape[1], int(Status.INTERRUPTED))
@@ -204,8 +206,8 @@ class _Work:
                 coarse = self._adopt(begin + own, states, length)
                 status[own[coarse]] = Status.NOT_CONVERGED
             self.status[begin:end] = status
-            if self.report is not None:
-                self.report(end / orbits)
+            if self.callback is not None:
+                self.callback(end / orbits)
 
     def _adopt(self, orbits: np.ndarray, states: np.ndarray, length: int) -> np.ndarray:
         """Fill in the results from states (orbits, samples, 2n); return a mask of orbits with samples too far apart."""
@@ -217,7 +219,7 @@ class _Work:
         if kept.size:
             reading = read(self.layout, SampledOrbits(own, None, 0), self.threads)
             noise = self._noise(own)
-            errors = {name: np.maximum(getattr(reading, name), noise) for name in ("error", "leading_error")}
+            errors = {name: np.maximum(getattr(reading, name), noise) for name in ("error", "dominant_error")}
             if self.found.lines is not None:  # before the orbits count as finished
                 self.found.lines.adopt(kept, self.layout, own, 0.0)
             self.found.adopt(kept, reading._replace(**errors))

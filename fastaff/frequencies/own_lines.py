@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from ..core.classification import Classification
 from ..runs.schemes.catalogue import ITERATION
 from .angle_loops import NAMED
-from .frequencies import FrequencyKind
 from .tunes import Tunes
 from .turning import CHANGED
 
 CAUGHT = 0.25
-"""Largest relative difference of a leading line and that of a resonance's own swing: for bananas in logarithmic
+"""Largest relative difference of a dominant line and that of a resonance's own swing: for bananas in logarithmic
 potentials it is 0.04 to 0.2, for harmonics in discs 0.27 to 0.52.
 """
 
@@ -38,7 +38,7 @@ def with_turn(found: Any) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
 
 def in_time(frequency_map: Any) -> bool:
     """Tell whether frequencies are those of a flow, in cycles per unit time: tunes of a map are modulo a turn."""
-    return hasattr(frequency_map, "leading") and not in_turns(frequency_map)
+    return hasattr(frequency_map, "dominant") and not in_turns(frequency_map)
 
 
 def about_an_axis(found: Any) -> bool:
@@ -52,11 +52,11 @@ def by_own_lines(frequency_map: Any) -> bool:
 
 
 def harmonics(found: Any) -> np.ndarray:
-    """Return a mask of leading lines (n, orbits) of regular orbits that are only a harmonic of another coordinate's:
-    leading_i = c nu_j with c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
+    """Return a mask of dominant lines (n, orbits) of regular orbits that are only a harmonic of another coordinate's:
+    dominant_i = c nu_j with c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
 
     The radius of an orbit in a galaxy has the line 2 nu_z, often its strongest. Orbits that a resonance has caught,
-    such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the leading
+    such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the dominant
     one, which stays. About an axis lines of phi are always driven: one that a resonance has caught has another basis.
     """
     rows = np.arange(len(found.basis))[:, None]
@@ -66,23 +66,23 @@ def harmonics(found: Any) -> np.ndarray:
     alone = np.count_nonzero(size, axis=1) == 1
     leads = alone & (source == rows) & (size.sum(axis=1) == 1)
     with np.errstate(all="ignore"):
-        far = np.abs(found.nu / found.leading - 1) > CAUGHT
+        far = np.abs(found.nu / found.dominant - 1) > CAUGHT
     far |= (source == rows[-1]) & about_an_axis(found)
     multiple = alone & (size.sum(axis=1) > 1) & (source != rows)
-    return multiple & leads[source, orbits] & far & (found.kind == FrequencyKind.INDEPENDENT)
+    return multiple & leads[source, orbits] & far & (found.classification == Classification.REGULAR)
 
 
 def own_lines(found: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the own line of each coordinate (n, orbits), `leading`, but `nu` where that is a harmonic, and their
+    """Return the own line of each coordinate (n, orbits), `dominant`, but `nu` where that is a harmonic, and their
     errors; for maps, tunes and bodies `nu`; NaN where there is none.
     """
     nu = np.where(np.isfinite(found.error), found.nu, np.nan)
     error = found.error
     if not by_own_lines(found):
         return nu, error
-    leading = np.where(np.isfinite(found.leading_error), found.leading, np.nan)
+    dominant = np.where(np.isfinite(found.dominant_error), found.dominant, np.nan)
     behind = harmonics(found)
-    return np.where(behind, nu, leading), np.where(behind, error, found.leading_error)
+    return np.where(behind, nu, dominant), np.where(behind, error, found.dominant_error)
 
 
 def duration(found: Any) -> Any:
@@ -96,4 +96,4 @@ def calm(found: Any) -> np.ndarray:
     """
     with np.errstate(all="ignore"):
         steady = duration(found) / 2 * 10.0**found.diffusion < CHANGED
-    return np.asarray(found.regular | ((found.kind == FrequencyKind.UNDECIDED) & steady))
+    return np.asarray(found.regular | ((found.classification == Classification.UNDECIDED) & steady))

@@ -309,12 +309,12 @@ def restless(f: np.ndarray, halves: np.ndarray, length: int) -> np.ndarray:
     """
     result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
     some = f[result]
-    leading = np.abs(plane_lines(some, 1, beside=False).nu)
+    dominant = np.abs(plane_lines(some, 1, beside=False).nu)
     half = f.shape[1] // 2
     change = np.zeros(len(some))
     for part in (some[:, :half], some[:, -half:]):
         found = plane_lines(part, 3, beside=False)
-        near = np.where(np.isfinite(found.error), np.abs(np.abs(found.nu) - leading), np.inf)
+        near = np.where(np.isfinite(found.error), np.abs(np.abs(found.nu) - dominant), np.inf)
         change = np.maximum(change, near.min(axis=1, initial=np.inf) * half)
     result[result] = change > DRIFTS
     return result

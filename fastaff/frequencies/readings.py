@@ -11,6 +11,7 @@ from ..engine.jit import LANES
 from ..engine.threads import by_portions, own_threads
 from .angle_loops import SignalLayout
 from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
+from .classify import related, unresolved_relations
 from .fundamental import BRIEF, LatticeModes, Loops, run, store_rows, taken
 from .integer_lattice import box, combined
 from .kernels.relations import first_vectors
@@ -18,7 +19,6 @@ from .lattices import ROUNDING, lattices_of
 from .loop_rates import SAFETY, LoopRates, averages, line_frequencies, of_parts
 from .rotations import Winding, going_round, mean_turns
 from .signals import Signals
-from .verdicts import related, unresolved_relations
 
 BEATS = 10.0
 """Factor of the errors of mean rates of orbits whose lines are closer than 1/time: all windows see the same part of
@@ -75,8 +75,8 @@ class Reading(NamedTuple):
     halves: np.ndarray
     halves_error: np.ndarray
     rank: np.ndarray
-    leading: np.ndarray
-    leading_error: np.ndarray
+    dominant: np.ndarray
+    dominant_error: np.ndarray
     basis: np.ndarray
     vague: np.ndarray
     irregular: np.ndarray
@@ -121,8 +121,8 @@ def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) ->
     found, lattice, vague, irregular, aliased = some
     chosen = lattice
     combination = found.combination
-    leading, leading_error = np.zeros((2, len(time), n))
-    leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
+    dominant, dominant_error = np.zeros((2, len(time), n))
+    dominant[:, :m], dominant_error[:, :m] = found.dominant, found.dominant_error
     basis = np.zeros((len(time), n, n), np.int64)
     if layout.planes:
         c, offset = layout.own(s, threads)
@@ -146,10 +146,10 @@ def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) ->
             chosen = LoopRates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
             basis[:, range(m, n), range(m, n)] = 1
             turning = np.ones((len(time), 1), bool)
-        leading[:, planar] = np.where(turning, planes.nu, leading[:, planar])
-        leading_error[:, planar] = np.where(turning, planes.error, leading_error[:, planar])
+        dominant[:, planar] = np.where(turning, planes.nu, dominant[:, planar])
+        dominant_error[:, planar] = np.where(turning, planes.error, dominant_error[:, planar])
     basis[:, :m, :m] = combination
-    _better_leading(leading[:, :m], leading_error[:, :m], combination, chosen.of(slice(0, m)))
+    _better_dominant(dominant[:, :m], dominant_error[:, :m], combination, chosen.of(slice(0, m)))
     rank = found.rank + n - m
     if driven:
         vague |= (chosen.error * time >= 1).any(axis=1)
@@ -157,18 +157,18 @@ def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) ->
         known = np.column_stack([np.where(found.owned, 1.0, np.nan), np.ones(len(time))])
         rank -= related(known * chosen.nu, np.minimum(chosen.error, DRIVEN / time), threads) & (rank == n)
     if layout.periods.any():
-        _count_turns(samples, layout.periods, found, chosen, (leading, leading_error, basis, rank, vague), threads)
-    return _with_scheme(chosen, samples, rank, leading, leading_error, basis, vague, irregular)
+        _count_turns(samples, layout.periods, found, chosen, (dominant, dominant_error, basis, rank, vague), threads)
+    return _with_scheme(chosen, samples, rank, dominant, dominant_error, basis, vague, irregular)
 
 
-def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: LoopRates) -> None:
-    """Set leading lines (orbits, m) and their errors from the frequencies where the integers are known and these are
+def _better_dominant(dominant: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: LoopRates) -> None:
+    """Set dominant lines (orbits, m) and their errors from the frequencies where the integers are known and these are
     more accurate than bins.
     """
     known = (combination != 0).any(axis=2) & np.isfinite(rates.error).all(axis=1, keepdims=True)
     through = combined(combination, rates.nu), combined(np.abs(combination), rates.error)
     known &= through[1] < error
-    leading[:] = np.where(known, through[0], leading)
+    dominant[:] = np.where(known, through[0], dominant)
     error[:] = np.where(known, through[1], error)
 
 
@@ -178,7 +178,7 @@ def _count_turns(
     """Make the mean rates of winding coordinates their frequencies: a lattice of lines has them, or only a multiple,
     or is incomplete.
     """
-    leading, leading_error, basis, rank, vague = places
+    dominant, dominant_error, basis, rank, vague = places
     s = samples.run
     start = samples.start
     known = found.owned & found.moving  # one frequency too many is left to a coordinate that does not librate
@@ -192,7 +192,7 @@ def _count_turns(
     mine = Winding(taken(rates, wound), basis[wound], known[wound])
     strange = mine.wind(turns, going[wound], s.time[wound], threads)
     placed = mine.placed
-    for table, new in (leading, turns.nu), (leading_error, turns.error):
+    for table, new in (dominant, turns.nu), (dominant_error, turns.error):
         table[wound] = np.where(placed, new, table[wound])
     store_rows(rates, wound, mine.rates)
     basis[wound] = mine.basis
@@ -209,8 +209,8 @@ def _with_scheme(
     rates: LoopRates,
     samples: SampledOrbits,
     rank: np.ndarray,
-    leading: np.ndarray,
-    leading_error: np.ndarray,
+    dominant: np.ndarray,
+    dominant_error: np.ndarray,
     basis: np.ndarray,
     vague: np.ndarray,
     irregular: np.ndarray,
@@ -234,7 +234,7 @@ def _with_scheme(
         nu = rates.nu - correction
         error = rates.error + more
     known = np.isfinite(error) & np.isfinite(nu)
-    leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
+    dominant_error = dominant_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
     return Reading(
         nu=np.where(known, nu, 0.0),
         error=np.where(known, error, np.inf),
@@ -242,8 +242,8 @@ def _with_scheme(
         halves=rates.halves,
         halves_error=rates.halves_error,
         rank=rank,
-        leading=leading,
-        leading_error=leading_error,
+        dominant=dominant,
+        dominant_error=dominant_error,
         basis=basis,
         vague=vague,
         irregular=irregular,
@@ -261,7 +261,7 @@ def _short_first(m: int) -> np.ndarray:
 def _own_angles(
     lattice: LoopRates, own: LoopRates, found: LatticeModes, separate: bool, time: np.ndarray, threads: int
 ) -> tuple[LoopRates, np.ndarray]:
-    """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
+    """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the dominant
     lines' integers.
 
     The values are those of the lattice's lines where the own angles identify them. An incomplete lattice does not
@@ -279,7 +279,7 @@ def _own_angles(
     kept = basis | steady | separate
     best = lattice._replace(error=bar).combined(vectors).where(basis[:, None], own)
     chosen = best.where(kept[:, None], lattice)
-    # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
+    # dominant = combination @ lattice and own = vectors @ lattice: dominant = combination vectors^-1 @ own.
     inverse = np.zeros_like(vectors)
     inverse[basis] = np.rint(np.linalg.inv(vectors[basis].astype(float))).astype(np.int64)
     return chosen, np.where(basis[:, None, None], found.combination @ inverse, found.combination)

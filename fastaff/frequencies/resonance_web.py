@@ -77,7 +77,7 @@ def resonance_web(
         Frequencies, n = 2 to 4, NaN where there is no orbit or it is not regular. A FrequencyMap of the orbits of a
         grid, given as `axes`, stands for the coordinates' own lines of the orbits that are not seen to be chaotic, with
         their errors; where the own lines of most of them are dependent, such as those of loops around a centre, which
-        ``angles="R z phi"`` tells apart, for its `nu` of the largest family of one `basis` alone. Tunes, and a
+        ``signals="R z phi"`` tells apart, for its `nu` of the largest family of one `basis` alone. Tunes, and a
         FrequencyMap of a map, stand for theirs and that of the turn, 1, as the last: the lines of 3 nu_x = 1, too.
     axes : arrays (n1,) and (n2,), or EnergyGrid, optional
         Coordinates of the grid (default: its indices).
@@ -135,7 +135,7 @@ def resonance_web(
 
     names: tuple[str, ...] = ()
     coordinates: tuple[str, ...] = ()
-    if hasattr(axes, "spread"):
+    if hasattr(axes, "to_grid"):
         grid: Any = axes
         axes = grid.axes
         coordinates = grid.names
@@ -190,11 +190,11 @@ def _around_one(line: np.ndarray) -> bool:
 
 def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, float | None]:
     """Return the frequencies of a map's calm orbits over their grid, their errors, and the jump."""
-    if not (hasattr(found, "regular") and np.shape(found.regular) == grid.cell.shape):
+    if not (hasattr(found, "regular") and np.shape(found.regular) == grid.cell_index.shape):
         raise TypeError(
-            f"nu must be a frequency map of the {grid.cell.size} orbits of the grid in axes, got {shown(found)}"
+            f"nu must be a frequency map of the {grid.cell_index.size} orbits of the grid in axes, got {shown(found)}"
         )
-    known = found.regular if about_an_axis(found) else calm(found)  # there leading lines may be driven ones of phi
+    known = found.regular if about_an_axis(found) else calm(found)  # there dominant lines may be driven ones of phi
     if in_turns(found):
         _, nu, error = with_turn(found)
         torn: float | None = WRAPPED
@@ -210,7 +210,7 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, float | 
             known = known & (basis == families[:, :, counts.argmax(), None]).all(axis=(0, 1))
         error = np.maximum(error, BIN / found.time)
         torn = None if alike else TORN
-    over = np.array([grid.spread(np.where(known, row, np.nan)).filled(np.nan) for row in (*nu, *error)])
+    over = np.array([grid.to_grid(np.where(known, row, np.nan)).filled(np.nan) for row in (*nu, *error)])
     return over[: len(nu)], np.nan_to_num(over[len(nu) :], posinf=np.inf) if errors is None else errors, torn
 
 

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import MOST, an_array, fits, numbers, positive, real, reporter, shown, texts, whole
+from ..core.numbers import MOST, an_array, checked_callback, fits, numbers, positive, real, shown, texts, whole
 from ..core.status import Status, describe
 from ..engine.jit import LANES
 from ..engine.threads import checked_threads
 from ..results.progress import says_progress
 from ..results.result import Result, along
-from ..runs.launch import Report, launch
+from ..runs.launch import Callback, launch
 from .kernels.resonance import relations
 from .own_lines import with_turn
 
@@ -146,7 +146,7 @@ def resonances(
     errors: ArrayLike | None = None,
     names: Sequence[str] | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> Resonances:
     """Find the integer relations between the frequencies of each orbit, and the lattice that they span.
 
@@ -156,7 +156,7 @@ def resonances(
         Frequencies of n = 2, 3 or 4 angles. A FrequencyMap or ActionAngles also gives names and errors, as do Tunes and
         a FrequencyMap of a map of up to three planes; their last frequency is then that of the turn, 1. Figures of a
         FrequencyMap show the own line of each coordinate, in which a loop in a galaxy has ``nu_x - nu_y = 0``: for
-        these give ``found.leading, errors=found.leading_error``.
+        these give ``found.dominant, errors=found.dominant_error``.
     max_order : int, 1 to 50, default 8
         Largest order of the vectors searched.
     tolerance : float >= 0, default 1e-9
@@ -165,7 +165,7 @@ def resonances(
         Absolute, such as `.error`.
     names : sequence of str, optional
         Names of the frequencies, for labels.
-    threads, report : as in `integrate`
+    threads, callback : as in `integrate`
 
     Returns
     -------
@@ -207,7 +207,7 @@ def resonances(
     >>> found.rank, found.label()
     (array(1), '2 nu_1 - nu_2 = 0')
     """
-    reporter(report)
+    checked_callback(callback)
     given: Any = nu
     if hasattr(given, "nu") and hasattr(given, "names"):  # a result that carries its names
         own, given, error = with_turn(given)
@@ -264,7 +264,7 @@ def resonances(
     with partial_result_on_interrupt("resonances", found):
         if status.size:
             arguments = (n, table, flat, spread, rank, basis)
-            launch(relations, arguments, progress, float(progress.size), count, report)
+            launch(relations, arguments, progress, float(progress.size), count, callback)
     return found()
 
 

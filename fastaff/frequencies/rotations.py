@@ -56,7 +56,7 @@ def _weighted(coordinates: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 class Winding:
     """Frequencies of orbits with winding coordinates, in the making: rates, a mask `known` (orbits, n) of frequencies
-    of their lattices, and basis (orbits, n, n) with leading = basis @ nu; placed (orbits, n): of coordinates without
+    of their lattices, and basis (orbits, n, n) with dominant = basis @ nu; placed (orbits, n): of coordinates without
     frequencies of their own, which got their mean rates; added (orbits,): of rates that no lattice had.
     """
 

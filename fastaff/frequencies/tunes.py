@@ -8,18 +8,19 @@ from typing import Annotated
 
 import numpy as np
 
+from ..core.classification import Classification, is_regular
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import reporter, whole
+from ..core.numbers import checked_callback, whole
 from ..core.status import Status, describe
 from ..engine.plane_loops import COLUMNS
 from ..engine.threads import by_portions, checked_threads
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from .angle_lines import AngleLines, LineTable
 from .angle_loops import Plain, SignalLayout
-from .frequencies import FrequencyKind
+from .classify import MANY_TURNS
 from .integer_lattice import ball
 from .inverted_lines import inverted_values
 from .plane_lines import PlaneLines, plane_lines
@@ -40,7 +41,6 @@ from .turning import (
     relations,
     without_standing,
 )
-from .verdicts import MANY_TURNS
 from .windows import cosine_window
 
 FALLBACK = 1e-9
@@ -116,11 +116,11 @@ class Tunes(Result):
     error (n, orbits), inf there; method (n, orbits): 0 a mean turn, 1 an inverted line; diffusion (orbits,) =
     log10 of the largest ``|change|`` from the first half of the window to the second, NaN where there is no tune; turns
     (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
-    that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
-    cycles or more, beside a resonance of order k by 3/k; DEPENDENT, a plane is at rest, or two tunes are related by
-    small integers: locked, or lines of one motion; UNDECIDED, too short to tell, no tune, or two lines closer than
+    that nu is the mean of; classification (orbits,) of `Classification`: IRREGULAR, the tunes change from half to half
+    by 0.3 cycles or more, beside a resonance of order k by 3/k; RESONANT, a plane is at rest, or two tunes are related
+    by small integers: locked, or lines of one motion; UNDECIDED, too short to tell, no tune, or two lines closer than
     1.5/window, of two tunes or of a tune and a combination that shows, whose errors are then 1/window or more; else
-    INDEPENDENT; status
+    REGULAR; status
     (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or, where its samples stay
     at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where they were asked for.
     """
@@ -132,7 +132,7 @@ class Tunes(Result):
     diffusion: Annotated[np.ndarray, along("orbit", unit="log10(1/turn)")]
     turns: Annotated[np.ndarray, along("orbit", unit="turns")]
     window: Annotated[np.ndarray, along("orbit", unit="turns")]
-    kind: Annotated[np.ndarray, along("orbit")]
+    classification: Annotated[np.ndarray, along("orbit")]
     status: Annotated[np.ndarray, along("orbit")]
     lines: Annotated[AngleLines | None, along("orbit")] = None
 
@@ -142,10 +142,10 @@ class Tunes(Result):
         return self.nu - (self.nu > 0.5)
 
     def summary(self) -> str:
-        """Return one line with the outcomes of the orbits, and the kinds of those that are OK."""
+        """Return one line with the outcomes of the orbits, and the classes of those that are OK."""
         fine = self.status == Status.OK
         some = np.isfinite(self.error).any(axis=0)
-        counts = {kind.name.lower(): fine & some & (self.kind == kind) for kind in FrequencyKind}
+        counts = {entry.name.lower(): fine & some & (self.classification == entry) for entry in Classification}
         counts["without a tune"] = fine & ~some
         return describe(self.status, ", ".join(f"{n} {said}" for said, which in counts.items() if (n := which.sum())))
 
@@ -162,7 +162,7 @@ class Tunes(Result):
     @property
     def regular(self) -> np.ndarray:
         """Whether orbits (orbits,) survived and have tunes: neither irregular nor undecided."""
-        return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
+        return (self.status == Status.OK) & is_regular(self.classification)
 
 
 @says_progress
@@ -172,7 +172,7 @@ def tunes(
     coordinates: str | Sequence[str] | None = None,
     lines: int | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> Tunes:
     """Find the tunes of orbits known once a turn: of a map, of a tracking code, of a section.
 
@@ -189,12 +189,12 @@ def tunes(
     lines : int, optional
         Number of strongest lines of each plane's signal to return too, as `AngleLines` per turn, modulo 1, in [-1/2,
         1/2).
-    threads, report : as in `integrate`
+    threads, callback : as in `integrate`
 
     Returns
     -------
     `Tunes`
-        Tunes in turns, with errors, diffusion and kinds.
+        Tunes in turns, with errors, diffusion and classes.
 
     Raises
     ------
@@ -242,10 +242,10 @@ def tunes(
     >>> fa.tunes([2 * np.cos(turn), -np.sin(turn)]).nu.round(9)
     array([[0.28]])
     """
-    reporter(report)
+    checked_callback(callback)
     given = given_orbits(samples, coordinates=coordinates, least=LEAST)
     lines = None if lines is None else whole("lines", lines, 1)
-    work = TuneWork(given, checked_threads(threads), report, lines)
+    work = TuneWork(given, checked_threads(threads), callback, lines)
     with partial_result_on_interrupt("tunes", work.result):
         work.run()
     return work.result()
@@ -272,14 +272,16 @@ def tunes_of(
     change = np.where(known, np.abs(means.halves[0] - means.halves[1]), 0.0).max(axis=0)
     some = known.any(axis=0)
     related = relations(nu, error, window)
-    kind = np.where(known.all(axis=0) & ~related.tied.any(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
+    classification = np.where(
+        known.all(axis=0) & ~related.tied.any(axis=0), Classification.REGULAR, Classification.RESONANT
+    )
     error = np.maximum(error, related.unseen)
     error = np.where(vague, np.maximum(error, 1 / np.maximum(window, 1)), error)
     cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
-    kind[window / 2 * change > CHANGED] = FrequencyKind.UNDECIDED
-    kind[window / 2 * change > calm_change(nu, means.halves, window / 2)] = FrequencyKind.IRREGULAR
-    kind[(kind != FrequencyKind.IRREGULAR) & related.unsure] = FrequencyKind.UNDECIDED
-    kind[(cycles < MANY_TURNS) | ~some | vague] = FrequencyKind.UNDECIDED
+    classification[window / 2 * change > CHANGED] = Classification.UNDECIDED
+    classification[window / 2 * change > calm_change(nu, means.halves, window / 2)] = Classification.IRREGULAR
+    classification[(classification != Classification.IRREGULAR) & related.unsure] = Classification.UNDECIDED
+    classification[(cycles < MANY_TURNS) | ~some | vague] = Classification.UNDECIDED
     diffusion = np.where(some, np.log10(change + 1e-18), np.nan)
     return Tunes(
         names,
@@ -289,7 +291,7 @@ def tunes_of(
         diffusion=diffusion,
         turns=turns,
         window=window,
-        kind=kind,
+        classification=classification,
         status=status,
         lines=lines,
     )
@@ -302,13 +304,13 @@ class TuneWork:
         self,
         given: GivenOrbits,
         threads: int,
-        report: Report | None,
+        callback: Callback | None,
         lines: int | None = None,
         inexact: float = EXACT,
     ):
         self.given = given
         self.threads = threads
-        self.report = report
+        self.callback = callback
         self.inexact = inexact
         (_, self.orbits, self.samples), n = given.shape, given.shape[0] // 2
         self.lines = None if lines is None else LineTable(given.angles, lines, self.orbits)
@@ -330,11 +332,11 @@ class TuneWork:
             for length, own in lengths(counts, samples, LEAST, size):
                 some = lambda at, z=z, b=begin, o=own, n=length: self._adopt(z, b, o[at], n)  # noqa: E731
                 by_portions(some, own.size, 8 * rows * length, self.threads)
-                if self.report is not None:
-                    self.report((begin + int(np.count_nonzero(self.window[begin:end]))) / orbits)
+                if self.callback is not None:
+                    self.callback((begin + int(np.count_nonzero(self.window[begin:end]))) / orbits)
             self.status[begin:end] = status
-            if self.report is not None:
-                self.report(end / orbits)
+            if self.callback is not None:
+                self.callback(end / orbits)
 
     def _adopt(self, whole: np.ndarray, first: int, own: np.ndarray, length: int) -> None:
         """Fill in the results of orbits `own` of whole (2n, orbits, samples), whose first is number `first`."""

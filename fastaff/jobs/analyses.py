@@ -1,4 +1,4 @@
-"""The analyses of each orbit and their options: the tables [run], [poincare], [frequency_map], ... of a job."""
+"""The analyses of each orbit and their options: the tables [options], [poincare], [frequency_map], ... of a job."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .wording import OptionError, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
+class RunOptions:
     """How to integrate."""
 
     accuracy: float | None = None
@@ -42,11 +42,11 @@ class Run:
         """Return the scheme, None where it is left open."""
         return None if self.scheme is None else SCHEMES[named(option("scheme"), self.scheme, SCHEMES)]
 
-    def canonical(self) -> Run:
+    def canonical(self) -> RunOptions:
         """Return the same with the scheme's name as it is written here."""
         return self if self.scheme is None else replace(self, scheme=spelled(self.scheme, SCHEMES))
 
-    def on(self, threads: int | None) -> Run:
+    def on(self, threads: int | None) -> RunOptions:
         """Return the same with so many threads, where they are given."""
         return self if threads is None else replace(self, threads=threads)
 
@@ -66,7 +66,7 @@ class AnalysedOrbits(NamedTuple):
     z0: np.ndarray
 
     @property
-    def body(self) -> Any:
+    def model(self) -> Any:
         """The model."""
         return self.system.model
 
@@ -79,18 +79,20 @@ class Analysis(Protocol):
     brief: ClassVar[dict[str, Any]]
     """Settled options of the smallest case, which compiles the kernels of the others."""
 
-    def check(self, run: Run) -> None:
+    def check(self, run: RunOptions) -> None:
         """Refuse values that are wrong for any orbits."""
 
-    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the options of the library's function; a trial with a few orbits settles those that were left open."""
 
-    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(
+        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
+    ) -> Any:
         """Return the result of orbits."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Poincare:
+class PoincareOptions:
     """Crossings of the section."""
 
     title: ClassVar[str] = "section"
@@ -101,13 +103,13 @@ class Poincare:
     max_time: float | None = None
     """Time at which an orbit ends at the latest. [four times that of the crossings in a trial]"""
 
-    def check(self, run: Run) -> None:
+    def check(self, run: RunOptions) -> None:
         """Refuse values that are wrong for any orbits."""
         whole("crossings", self.crossings, 1)
         if self.max_time is not None:
             positive("max_time", self.max_time)
 
-    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return crossings and max_time."""
         self.check(run)
         time = self.max_time
@@ -124,16 +126,18 @@ class Poincare:
             time = enough_time(pace, few.section, self.crossings)
         return {"crossings": self.crossings, "max_time": float(time)}
 
-    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(
+        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
+    ) -> Any:
         """Return the SectionMap of orbits."""
         if isinstance(orbits.section, Stroboscopic) or orbits.system.iterated:  # these need no time
             resolve_defaults = {"crossings": resolve_defaults["crossings"]}
         how = {**resolve_defaults, **run.build(orbits.system)}
-        return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **how)
+        return poincare_map(orbits.model, orbits.z0, section=orbits.section, callback=callback, **how)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Frequencies:
+class FrequencyOptions:
     """Fundamental frequencies."""
 
     title: ClassVar[str] = "frequencies"
@@ -141,27 +145,29 @@ class Frequencies:
 
     time: float | None = None
     """Time over which frequencies are averaged, best 100 periods or more. [1000]"""
-    periods: float | None = None
+    returns: float | None = None
     """That time in median times of return to the section, instead of --time."""
 
-    def check(self, run: Run) -> None:
+    def check(self, run: RunOptions) -> None:
         """Refuse values that are wrong for any orbits."""
-        _one_time(self.time, self.periods)
+        _one_time(self.time, self.returns)
 
-    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the time."""
         self.check(run)
-        if self.periods is None:
+        if self.returns is None:
             return {"time": 1000.0 if self.time is None else float(self.time)}
-        return {"time": self.periods * median_return(few, run.build())}
+        return {"time": self.returns * median_return(few, run.build())}
 
-    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(
+        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
+    ) -> Any:
         """Return the FrequencyMap of orbits."""
-        return frequency_map(orbits.body, orbits.z0, report=report, **resolve_defaults, **run.build(orbits.system))
+        return frequency_map(orbits.model, orbits.z0, callback=callback, **resolve_defaults, **run.build(orbits.system))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Chaos:
+class ChaosOptions:
     """Indicators of chaos."""
 
     title: ClassVar[str] = "chaos"
@@ -169,13 +175,13 @@ class Chaos:
 
     time: float | None = None
     """Time of every orbit."""
-    periods: float | None = None
+    returns: float | None = None
     """Time of every orbit in median times of return to the section, instead of --time; fewer call weak chaos regular.
     [500]
     """
     indicators: str = "megno,sali"
-    """Names, with commas: megno, sali, gali_2 ... gali_8, fli, ofli, lyapunov, spectrum, birkhoff_digits,
-    frequency_diffusion, zero_one, reversibility_error. [megno,sali]
+    """Names, with commas: megno, sali, gali_2 ... gali_8, fli, ofli, lyapunov, spectrum, weighted_birkhoff,
+    frequency_diffusion, zero_one_test, reversibility_error. [megno,sali]
     """
     early_stop: bool = False
     """End an orbit when all indicators have called it chaotic."""
@@ -184,62 +190,68 @@ class Chaos:
         """Return the indicators."""
         return tuple(INDICATORS[name] for name in indicator_names(self.indicators, option("indicators")))
 
-    def canonical(self) -> Chaos:
+    def canonical(self) -> ChaosOptions:
         """Return the same with the indicators' names as they are written here."""
         names = (spelled(name.strip(), INDICATORS) for name in self.indicators.split(","))
         return replace(self, indicators=",".join(names))
 
-    def returns(self) -> float | None:
+    def in_returns(self) -> float | None:
         """Return the length of an orbit in times of return, None where its time is given."""
         if self.time is not None:
             return None
-        if self.periods is None:
+        if self.returns is None:
             return 500.0
-        return float(self.periods)
+        return float(self.returns)
 
-    def check(self, run: Run) -> None:
+    def check(self, run: RunOptions) -> None:
         """Refuse values that are wrong for any orbits."""
         self.values()
-        _one_time(self.time, self.periods)
+        _one_time(self.time, self.returns)
         if run.accuracy is not None:
             raise OptionError.of("{accuracy} does not belong to chaos maps, which take {step} or choose one")
 
-    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the time."""
         self.check(run)
-        number = self.returns()
+        number = self.in_returns()
         if number is None:
             return {"time": float(self.time)}  # type: ignore[arg-type]
         # Step control gets through steep walls.
         return {"time": number * median_return(few, {"scheme": VERNER9, "threads": run.threads})}
 
-    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(
+        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
+    ) -> Any:
         """Return the ChaosMap of orbits."""
         how: dict[str, Any] = {"indicators": self.values(), "early_stop": self.early_stop}
-        return chaos_map(orbits.body, orbits.z0, report=report, **how, **resolve_defaults, **run.build(orbits.system))
+        return chaos_map(
+            orbits.model, orbits.z0, callback=callback, **how, **resolve_defaults, **run.build(orbits.system)
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Actions:
+class ActionAngleOptions:
     """Actions and angles of a separable system."""
 
     title: ClassVar[str] = "actions"
     brief: ClassVar[dict[str, Any]] = {}
 
-    def check(self, run: Run) -> None:
+    def check(self, run: RunOptions) -> None:
         """Refuse nothing: there are no options."""
 
-    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return nothing: nothing is left open."""
         return {}
 
-    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(
+        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
+    ) -> Any:
         """Return the ActionAngles of orbits."""
-        return action_angles(orbits.body, orbits.z0, threads=run.threads, report=report)
+        return action_angles(orbits.model, orbits.z0, threads=run.threads, callback=callback)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Motion:
+class IntegrateOptions:
     """Orbits up to a time, with samples of them."""
 
     title: ClassVar[str] = "orbits"
@@ -250,27 +262,29 @@ class Motion:
     samples: int = 0
     """States that are kept at equal times. [0: the last one only]"""
 
-    def check(self, run: Run) -> None:
+    def check(self, run: RunOptions) -> None:
         """Refuse values that are wrong for any orbits."""
         nonnegative("time", self.time)
         whole("samples", self.samples, 0)
 
-    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return time and samples."""
         self.check(run)
         return {"time": float(self.time), "samples": self.samples}
 
-    def compute(self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: Run, report: Any = None) -> Any:
+    def compute(
+        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
+    ) -> Any:
         """Return the Orbits."""
-        return integrate(orbits.body, orbits.z0, report=report, **resolve_defaults, **run.build(orbits.system))
+        return integrate(orbits.model, orbits.z0, callback=callback, **resolve_defaults, **run.build(orbits.system))
 
 
 ANALYSES: dict[str, type[Any]] = {
-    "poincare": Poincare,
-    "frequency_map": Frequencies,
-    "chaos_map": Chaos,
-    "action_angles": Actions,
-    "integrate": Motion,
+    "poincare": PoincareOptions,
+    "frequency_map": FrequencyOptions,
+    "chaos_map": ChaosOptions,
+    "action_angles": ActionAngleOptions,
+    "integrate": IntegrateOptions,
 }
 """Tables of a job that name its analyses, in the order of their computation."""
 
@@ -301,7 +315,7 @@ def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
 def median_return(few: AnalysedOrbits, choices: dict[str, Any]) -> float:
     """Return the median time of return to the section."""
     if few.section is None and not few.system.iterated:
-        raise OptionError.of("{periods} needs a section; give {time}")
+        raise OptionError.of("{returns} needs a section; give {time}")
     pace = return_times(*few, choices)
     if np.isnan(pace).all():
         text = "no orbit of a trial returns to {section!r}; give {time}, or another section or direction"
@@ -309,10 +323,10 @@ def median_return(few: AnalysedOrbits, choices: dict[str, Any]) -> float:
     return float(np.nanmedian(pace))
 
 
-def _one_time(time: float | None, periods: float | None) -> None:
-    """Refuse a time and periods together, and values that are not positive."""
-    if time is not None and periods is not None:
-        raise OptionError.of("give {time} or {periods}, not both")
-    for name, value in (("time", time), ("periods", periods)):
+def _one_time(time: float | None, returns: float | None) -> None:
+    """Refuse a time and returns together, and values that are not positive."""
+    if time is not None and returns is not None:
+        raise OptionError.of("give {time} or {returns}, not both")
+    for name, value in (("time", time), ("returns", returns)):
         if value is not None:
             positive(name, value)

@@ -18,37 +18,34 @@ from ..core.numbers import MOST, fits, shown
 from .wording import OptionError
 
 ITEMS = ("orbit", "case")
-"""Names of the axis that is cut into units."""
+"""Names of the axis that is cut into chunks."""
 
 LAUNCH = {"z0": "float64", "finished": "int8"}
 """Arrays that every store has."""
 
 SEALS = "seals"
-"""Array of the group launch with a row for each unit: a seal of its chunk of each array, 0 before it is written."""
+"""Array of the group launch with a row for each chunk: a seal of its piece of each array, 0 before it is written."""
 
 ENTRIES: dict[str, type] = {
     "job": str,
     "orbits": int,
-    "unit": int,
+    "chunk": int,
     "contents": dict,
     "settled": dict,
     "source": str,
     "processor": str,
-    "other_processors": bool,
+    "other_cpu_allowed": bool,
     "reruns": list,
 }
 """Entries in the root's record of a store."""
 
-UNSEALED = 3
-"""The format of stores before there were seals, which are read without."""
-
 AT_ONCE = 2**20
-"""Bytes of an array that are read at once, or a unit that takes more: memory has no second copy of all that is read."""
+"""Bytes of an array that are read at once, or a chunk that takes more: memory has no second copy of all."""
 
 SEALED = "sealed"
 """Entry in the root's record of a store: the names of the arrays that have seals, in the order of these."""
 
-RERUN = {"status": list, "run": dict, "analyses": list}
+RERUN = {"status": list, "options": dict, "analyses": list}
 """Entries in the record of each rerun."""
 
 
@@ -58,9 +55,9 @@ def checked_root(path: Path, facts: dict[str, Any]) -> None:
         if not isinstance(facts.get(name), kind) or (kind is int and isinstance(facts[name], bool)):
             raise OptionError(f"{path} is damaged: its root does not tell {name}")
     orbits = facts["orbits"]
-    unit = facts["unit"]
-    if not 1 <= unit <= orbits <= MOST:
-        raise OptionError(f"{path} is damaged: it has units of {unit} of {orbits} orbits")
+    chunk = facts["chunk"]
+    if not 1 <= chunk <= orbits <= MOST:
+        raise OptionError(f"{path} is damaged: it has chunks of {chunk} of {orbits} orbits")
     fits(f"{path}", orbits)
     for name in (*facts["contents"], *facts["settled"]):
         if not re.fullmatch(r"[A-Za-z_]\w*", name) or not (path / name).is_dir():
@@ -79,8 +76,6 @@ def checked_root(path: Path, facts: dict[str, Any]) -> None:
         if not set(map(str, again["analyses"])) <= facts["contents"].keys():
             raise OptionError(f"{path} is damaged: it tells of a rerun of {shown(again['analyses'])}")
     sealed = facts.get(SEALED)
-    if sealed is None and facts["format"] == UNSEALED:
-        return
     if not isinstance(sealed, list) or not all(isinstance(name, str) for name in sealed):
         raise OptionError(f"{path} is damaged: its root does not tell {SEALED}")
 
@@ -107,7 +102,7 @@ def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
             cut = has_items(array)
             pieces = tuple(max(1, n) for n in shape)
             if cut:
-                pieces = *pieces[:-1], facts["unit"]
+                pieces = *pieces[:-1], facts["chunk"]
             elif where == f"launch/{SEALS}":
                 pieces = *pieces[:-1], 1
             else:
@@ -116,12 +111,11 @@ def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
             if array.chunks != pieces or (cut and shape[-1] != facts["orbits"]):
                 raise OptionError(f"{path} is damaged: {where} has the shape {shape} in pieces of {array.chunks}")
 
-    if SEALED in facts:
-        units = -(-facts["orbits"] // facts["unit"])
-        seals = root[f"launch/{SEALS}"]
-        arrays = {name for name, _ in sealed_arrays(root, facts)}
-        if (seals.shape, seals.dtype) != ((len(facts[SEALED]), units), np.uint64) or arrays != set(facts[SEALED]):
-            raise OptionError(f"{path} is damaged: launch/{SEALS} has no seals of its arrays")
+    chunks = -(-facts["orbits"] // facts["chunk"])
+    seals = root[f"launch/{SEALS}"]
+    arrays = {name for name, _ in sealed_arrays(root, facts)}
+    if (seals.shape, seals.dtype) != ((len(facts[SEALED]), chunks), np.uint64) or arrays != set(facts[SEALED]):
+        raise OptionError(f"{path} is damaged: launch/{SEALS} has no seals of its arrays")
 
 
 def _plain(path: Path, entry: Path) -> None:
@@ -140,17 +134,17 @@ def _plain(path: Path, entry: Path) -> None:
 
 
 def sealed_arrays(root: Hierarchy, facts: dict[str, Any]) -> Iterator[tuple[str, Numbers]]:
-    """Yield names and arrays whose chunks have seals: all that have an entry for each orbit."""
+    """Yield names and arrays whose pieces have seals: all that have an entry for each orbit."""
     for group in ("launch", *facts["contents"]):
         for name, array in root[group].arrays():
             if has_items(array):
                 yield f"{group}/{name}", array
 
 
-def seal(name: str, unit: int, value: np.ndarray) -> int:
-    """Return the seal of a unit's chunk of an array: a number of its content, its name and the unit, never 0."""
+def seal(name: str, chunk: int, value: np.ndarray) -> int:
+    """Return the seal of a chunk's piece of an array: a number of its content, its name and the chunk, never 0."""
     content = np.ascontiguousarray(one_nan(value))
-    digest = hashlib.blake2b(f"{name} {unit} {content.dtype.str} {content.shape}\0".encode(), digest_size=8)
+    digest = hashlib.blake2b(f"{name} {chunk} {content.dtype.str} {content.shape}\0".encode(), digest_size=8)
     digest.update(content.data if content.size else b"")
     return int.from_bytes(digest.digest(), "little") or 1
 
@@ -166,9 +160,9 @@ def one_nan(value: Any) -> np.ndarray:
 
 
 class Seals:
-    """The seals of a store: a chunk that is another unit's, or of another array or moment, does not fit its seal.
+    """The seals of a store: a piece that is another chunk's, or of another array or moment, does not fit its seal.
 
-    The seals of a unit are 0 while its chunks are being written, so that one that is there always fits.
+    The seals of a chunk are 0 while its pieces are being written, so that one that is there always fits.
     """
 
     def __init__(self, array: Numbers, names: list[str]) -> None:
@@ -176,38 +170,38 @@ class Seals:
         self._place = {name: k for k, name in enumerate(names)}
         self._known: dict[int, np.ndarray] = {}
 
-    def of(self, unit: int) -> dict[str, int]:
-        """Return the seals of a unit by the names of arrays, as they are on the disk: those that are there."""
-        found = self._read(unit)
+    def of(self, chunk: int) -> dict[str, int]:
+        """Return the seals of a chunk by the names of arrays, as they are on the disk: those that are there."""
+        found = self._read(chunk)
         return {name: int(found[at]) for name, at in self._place.items() if found[at]}
 
-    def _read(self, unit: int) -> np.ndarray:
-        return np.asarray(self._array[:, unit])
+    def _read(self, chunk: int) -> np.ndarray:
+        return np.asarray(self._array[:, chunk])
 
-    def file(self, unit: int) -> Path:
-        """Return the file of a unit's seals."""
-        path: Path = self._array.file(unit)
+    def file(self, chunk: int) -> Path:
+        """Return the file of a chunk's seals."""
+        path: Path = self._array.file(chunk)
         return path
 
-    def keep(self, unit: int, found: dict[str, int]) -> None:
-        """Write the seals of a unit: those of arrays that are not named are 0."""
+    def keep(self, chunk: int, found: dict[str, int]) -> None:
+        """Write the seals of a chunk: those of arrays that are not named are 0."""
         column = np.zeros(len(self._place), np.uint64)
         for name, number in found.items():
             column[self._place[name]] = number
-        self._array[:, unit] = column
-        self._known.pop(unit, None)
+        self._array[:, chunk] = column
+        self._known.pop(chunk, None)
 
-    def fits(self, name: str, unit: int, value: np.ndarray) -> bool:
-        """Tell whether the chunk of a unit is what was written there; so it is where the unit is being written."""
+    def fits(self, name: str, chunk: int, value: np.ndarray) -> bool:
+        """Tell whether the piece of a chunk is what was written there; so it is where the chunk is being written."""
         if name not in self._place:
             return True
-        number = seal(name, unit, value)
+        number = seal(name, chunk, value)
         at = self._place[name]
         finished = name == "launch/finished"
-        for fresh in (False, True):  # another process may have written the unit anew
-            if fresh or unit not in self._known:
-                self._known[unit] = self._read(unit)
-            kept = int(self._known[unit][at])
+        for fresh in (False, True):  # another process may have written the chunk anew
+            if fresh or chunk not in self._known:
+                self._known[chunk] = self._read(chunk)
+            kept = int(self._known[chunk][at])
             if kept == number or (kept == 0 and not finished):
                 return True
         return finished and bool((value < 0).all())
@@ -232,7 +226,7 @@ class Numbers:
         self._path = path
         self._name = name
         self._seals = seals
-        # Empty chunks are written too: a missing chunk is a lost one.
+        # Empty pieces are written too: a missing piece is a lost one.
         self._array = array.with_config({"write_empty_chunks": True})
 
     def __getattr__(self, name: str) -> Any:
@@ -249,12 +243,12 @@ class Numbers:
                 return self._of_units(key)
             if self._name == f"launch/{SEALS}":
                 self._is_file(key[-1])
-            elif self.lacks([0]):  # a missing chunk would be read as fill values
+            elif self.lacks([0]):  # a missing piece would be read as fill values
                 raise OptionError(f"{self._path} is damaged: {self._name} is not there")
             return self._array[key]
 
     def _of_units(self, key: Any) -> Any:
-        """Return the entries of a key, its last part a slice of items, from whole chunks that fit their seals."""
+        """Return the entries of a key, its last part a slice of items, from whole pieces that fit their seals."""
         *before, items = key if isinstance(key, tuple) else (key,)
         if items is ... or (not before and self._array.ndim > 1):
             before = [] if items is ... else [items]
@@ -264,30 +258,30 @@ class Numbers:
             return self._array[key]
         found = np.empty((*self.shape[:-1], last - first), self._array.dtype)
         size = self.chunks[-1]
-        units = range(first // size, -(-last // size))
-        for begin, step in self._runs(units):
+        chunks = range(first // size, -(-last // size))
+        for begin, step in self._runs(chunks):
             low = begin * size
-            high = min(begin + step, units.stop) * size
+            high = min(begin + step, chunks.stop) * size
             whole = self._checked(begin, low, high)
             part = slice(max(first, low), min(last, high))
             found[..., part.start - first : part.stop - first] = whole[..., part.start - low : part.stop - low]
         return found[(*before, slice(None)) if ... in before else (*before, ..., slice(None))]
 
-    def verify(self, units: range) -> None:
-        """Refuse chunks of some units that do not fit their seals; they are read some at a time."""
+    def verify(self, chunks: range) -> None:
+        """Refuse pieces of some chunks that do not fit their seals; they are read some at a time."""
         size = self.chunks[-1]
-        for begin, step in self._runs(units):
-            self._checked(begin, begin * size, min(begin + step, units.stop) * size)
+        for begin, step in self._runs(chunks):
+            self._checked(begin, begin * size, min(begin + step, chunks.stop) * size)
 
-    def _runs(self, units: range) -> Iterator[tuple[int, int]]:
-        """Yield the first of some units and the number that is read with it."""
+    def _runs(self, chunks: range) -> Iterator[tuple[int, int]]:
+        """Yield the first of some chunks and the number that is read with it."""
         each = max(1, self._array.dtype.itemsize * int(np.prod(self.shape[:-1])) * self.chunks[-1])
         step = max(1, AT_ONCE // each)
-        for begin in units[::step]:
+        for begin in chunks[::step]:
             yield begin, step
 
     def _checked(self, begin: int, low: int, high: int) -> np.ndarray:
-        """Return the items of some units, the first of which is `begin`, if they fit their seals."""
+        """Return the items of some chunks, the first of which is `begin`, if they fit their seals."""
         size = self.chunks[-1]
         numbers = range(begin, -(-high // size))
         for number in numbers:
@@ -297,29 +291,29 @@ class Numbers:
             part = whole[..., number * size - low : (number + 1) * size - low]
             if self._seals is not None and not self._seals.fits(self._name, number, part):
                 raise OptionError(
-                    f"{self._path} is damaged: {self._name} of unit {number} is not what was written there; was its "
+                    f"{self._path} is damaged: {self._name} of chunk {number} is not what was written there; was its "
                     "file exchanged?"
                 )
         return whole
 
     def _is_file(self, number: int) -> None:
-        """Refuse a chunk that is no file, such as a pipe, which would be waited for without an end."""
+        """Refuse a piece that is no file, such as a pipe, which would be waited for without an end."""
         _plain(self._path, self.file(number))
 
     def lacks(self, numbers: Iterable[int]) -> list[int]:
-        """Return the units among `numbers` that have no chunk."""
+        """Return the chunks among `numbers` that have no piece."""
         if 0 in self._array.shape:
             return []
         return [int(number) for number in numbers if not self.file(int(number)).is_file()]
 
     def file(self, number: int) -> Path:
-        """Return the file of a unit's chunk."""
+        """Return the file of a chunk's piece."""
         key = (*[0] * (self._array.ndim - 1), number)[: self._array.ndim]
         return self._path / self._name / self._array.metadata.encode_chunk_key(key)
 
 
 def has_items(array: Any) -> bool:
-    """Tell whether an array has an entry for each point, and is cut into units."""
+    """Tell whether an array has an entry for each point, and is cut into chunks."""
     names = array.metadata.dimension_names
     return bool(names) and names[-1] in ITEMS
 

@@ -19,10 +19,21 @@ from ..runs.requirements import check_given, checked_system, current_system, pha
 from ..runs.starts import ordered, orders_of, starts_of
 from ..systems.formulas.number import number
 from ..systems.models.mechanics import System
-from .analyses import ANALYSES, TRIAL, Actions, AnalysedOrbits, Analysis, Chaos, Frequencies, Motion, Poincare, Run
-from .launch import Launch, Points, Starts, some
+from .analyses import (
+    ANALYSES,
+    TRIAL,
+    ActionAngleOptions,
+    AnalysedOrbits,
+    Analysis,
+    ChaosOptions,
+    FrequencyOptions,
+    IntegrateOptions,
+    PoincareOptions,
+    RunOptions,
+)
+from .launch import InitialConditions, Launch, Points, some
 from .scans import Cases, Scan, ScanOfChaos
-from .system import Model, Surface, described
+from .system import EnergySurface, Model, described
 from .wording import OptionError, option, respelled, spelled
 
 
@@ -35,7 +46,7 @@ class JobPlan(NamedTuple):
     analyses: dict[str, Analysis]
 
     @property
-    def body(self) -> Any:
+    def model(self) -> Any:
         """The model."""
         return self.system.model
 
@@ -59,18 +70,18 @@ class Job:
     ----------
     model : `Model` or model
         A `Model`, or any model of the library.
-    surface : `Surface`
+    energy_surface : `EnergySurface`
         Energy and section.
-    starts : `Starts` or array (2n, orbits)
+    initial_conditions : `InitialConditions` or array (2n, orbits)
         Grid, random points or a file; or phase points.
-    run : `Run`
+    options : `RunOptions`
         Scheme, step or accuracy, threads.
-    poincare, frequency_map, chaos_map : `Poincare`, `Frequencies`, `Chaos`, optional
+    poincare, frequency_map, chaos_map : `PoincareOptions`, `FrequencyOptions`, `ChaosOptions`, optional
     scan : `Scan`, optional
         Parameters over which chaos_map finds the share of chaotic orbits, cases in place of orbits.
-    action_angles, integrate : `Actions`, `Motion`, optional
+    action_angles, integrate : `ActionAngleOptions`, `IntegrateOptions`, optional
         One analysis at least is needed.
-    unit : int, orbits, optional
+    chunk : int, orbits, optional
         Orbits that are computed and kept together (default: some seconds of work).
 
     Raises
@@ -80,22 +91,23 @@ class Job:
 
     Examples
     --------
-    >>> job = fa.Job(model=fa.HenonHeiles(), surface=fa.jobs.Surface(energy=0.1), poincare=fa.jobs.Poincare())
+    >>> surface = fa.jobs.EnergySurface(energy=0.1)
+    >>> job = fa.Job(model=fa.HenonHeiles(), energy_surface=surface, poincare=fa.jobs.PoincareOptions())
     >>> list(job.analyses())
     ['poincare']
     """
 
     model: Any = field(default_factory=Model)
-    surface: Surface = field(default_factory=Surface)
-    starts: Any = field(default_factory=Starts)
-    run: Run = field(default_factory=Run)
-    poincare: Poincare | None = None
-    frequency_map: Frequencies | None = None
-    chaos_map: Chaos | None = None
+    energy_surface: EnergySurface = field(default_factory=EnergySurface)
+    initial_conditions: Any = field(default_factory=InitialConditions)
+    options: RunOptions = field(default_factory=RunOptions)
+    poincare: PoincareOptions | None = None
+    frequency_map: FrequencyOptions | None = None
+    chaos_map: ChaosOptions | None = None
     scan: Scan | None = None
-    action_angles: Actions | None = None
-    integrate: Motion | None = None
-    unit: int | None = None
+    action_angles: ActionAngleOptions | None = None
+    integrate: IntegrateOptions | None = None
+    chunk: int | None = None
 
     def __post_init__(self) -> None:
         for name, kind in TABLES.items():
@@ -112,18 +124,20 @@ class Job:
                 object.__setattr__(self, name, value.canonical() if hasattr(value, "canonical") else value)
             elif name == "model":
                 object.__setattr__(self, name, described(checked_system(value, "model")) or value)
-            elif name == "starts":
-                value = ordered("starts", starts_of(value), lambda: orders_of(self._system()))
-                points = numbers("starts", value)
+            elif name == "initial_conditions":
+                value = ordered("initial_conditions", starts_of(value), lambda: orders_of(self._system()))
+                points = numbers("initial_conditions", value)
                 if points.ndim not in (1, 2):
-                    raise ValueError(f"starts must be phase points (2n, orbits), got shape {np.shape(value)}")
+                    raise ValueError(
+                        f"initial_conditions must be phase points (2n, orbits), got shape {np.shape(value)}"
+                    )
                 object.__setattr__(self, name, value if points.ndim == 2 else points[:, None])
-            elif value is not None or name in ("surface", "run"):
-                raise TypeError(f"{name} must be a {kind.__name__}, got {shown(value)} ({type(value).__name__})")
+            elif value is not None or name in ("energy_surface", "options"):
+                raise TypeError(f"{name} must be of class {kind.__name__}, got {shown(value)} ({type(value).__name__})")
         if not self.analyses():
             raise ValueError(f"a job must have one of {', '.join(ANALYSES)}: nothing is to be computed")
-        if self.unit is not None:
-            object.__setattr__(self, "unit", whole("unit", self.unit, 1))
+        if self.chunk is not None:
+            object.__setattr__(self, "chunk", whole("chunk", self.chunk, 1))
         if self.scan is not None and [*self.analyses()] != ["chaos_map"]:
             raise ValueError(f"scan takes chaos_map alone, got {', '.join(self.analyses())}")
 
@@ -142,24 +156,30 @@ class Job:
             self._check_map(system)
         if self.scan is not None:
             return self._scan(system, self.scan)
-        timed = any(getattr(entry, "periods", None) is not None for entry in self.analyses().values())
-        needed = self.poincare is not None or self.surface.section is not None or timed
-        if isinstance(self.starts, Starts) and self.starts.file is None:
-            section = self.surface.build(system)
-            launch = self.starts.launch(system, section, self.surface, "40x40")
-            needed |= not self.starts.by_name or (self.chaos_map is not None and self.chaos_map.time is None)
+        timed = any(getattr(entry, "returns", None) is not None for entry in self.analyses().values())
+        needed = self.poincare is not None or self.energy_surface.section is not None or timed
+        if isinstance(self.initial_conditions, InitialConditions) and self.initial_conditions.file is None:
+            section = self.energy_surface.build(system)
+            launch = self.initial_conditions.launch(system, section, self.energy_surface, "40x40")
+            needed |= not self.initial_conditions.by_name or (
+                self.chaos_map is not None and self.chaos_map.time is None
+            )
             return JobPlan(system, section if needed else None, launch, self.analyses())
-        z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
+        z0 = (
+            self.initial_conditions.read()
+            if isinstance(self.initial_conditions, InitialConditions)
+            else numbers("initial_conditions", self.initial_conditions)
+        )
         if system.driven and z0.shape[0] == 2 * system.moving and z0.size:
-            z0 = phase_points("starts", z0, system)  # at t = 0
+            z0 = phase_points("initial_conditions", z0, system)  # at t = 0
         if z0.shape[0] != system.rows or not z0.shape[1]:
-            raise ValueError(f"starts must be phase points ({system.rows}, orbits), got {z0.shape}")
-        section = self.surface.section_of(system) if needed else None
+            raise ValueError(f"initial_conditions must be phase points ({system.rows}, orbits), got {z0.shape}")
+        section = self.energy_surface.section_of(system) if needed else None
         return JobPlan(system, section, Points(z0), self.analyses())
 
     def _check_map(self, system: System) -> None:
         """Refuse options that a map does not have."""
-        run = {option(name): getattr(self.run, name) for name in ("scheme", "step", "accuracy")}
+        run = {option(name): getattr(self.options, name) for name in ("scheme", "step", "accuracy")}
         check_given(system, "a time", "a map is iterated as it is", **run)
         if self.scan is not None:
             raise OptionError.of("{scan} takes random starts of a section, which a map does not have")
@@ -169,21 +189,25 @@ class Job:
 
     def _scan(self, system: System, scan: Scan) -> JobPlan:
         """Return the plan of a scan."""
-        if isinstance(self.starts, Starts) and self.starts.by_name:
+        if isinstance(self.initial_conditions, InitialConditions) and self.initial_conditions.by_name:
             text = "{scan} takes random starts of a section ({orbits}), not {axes}, {at_rest} or {microcanonical}"
             raise OptionError.of(text)
-        if not isinstance(self.starts, Starts) or self.starts.grid is not None or self.starts.file is not None:
+        if (
+            not isinstance(self.initial_conditions, InitialConditions)
+            or self.initial_conditions.grid is not None
+            or self.initial_conditions.file is not None
+        ):
             share = "the share of random points is that of the section's area"
             raise OptionError.of("{scan} takes random starts ({orbits}), not {grid}: {share}", share=share)
-        if None in self.starts.ranges() and any(self.starts.ranges()):
-            raise OptionError.of("with {scan} give both of {range1} and {range2}, or none")
+        if None in self.initial_conditions.ranges() and any(self.initial_conditions.ranges()):
+            raise OptionError.of("with {scan} give both of {q_range} and {p_range}, or none")
         cases = Cases(scan.parsed(system))
-        work = ScanOfChaos(cases, self.surface, self.starts, self.chaos_map or Chaos())
-        return JobPlan(system, self.surface.section_of(system), cases, {"chaotic_fraction": work})
+        work = ScanOfChaos(cases, self.energy_surface, self.initial_conditions, self.chaos_map or ChaosOptions())
+        return JobPlan(system, self.energy_surface.section_of(system), cases, {"chaotic_fraction": work})
 
     def tables(self) -> dict[str, Any]:
         """Return the job as tables of plain values: the fields that differ from their defaults."""
-        found: dict[str, Any] = {} if self.unit is None else {"unit": self.unit}
+        found: dict[str, Any] = {} if self.chunk is None else {"chunk": self.chunk}
         for name, kind in TABLES.items():
             value = getattr(self, name)
             if isinstance(value, kind):
@@ -210,8 +234,8 @@ class Job:
 
     @classmethod
     def parsed(cls, text: str, name: str = "job", **own: Any) -> Job:
-        """Return the job of a TOML text; `name` is that of the file, for errors; own: model or starts that no text
-        describes.
+        """Return the job of a TOML text; `name` is that of the file, for errors; own: model or initial conditions that
+        no text describes.
         """
         with spelled(as_key):
             try:
@@ -241,9 +265,9 @@ class Job:
 
 TABLES: dict[str, type[Any]] = {
     "model": Model,
-    "surface": Surface,
-    "starts": Starts,
-    "run": Run,
+    "energy_surface": EnergySurface,
+    "initial_conditions": InitialConditions,
+    "options": RunOptions,
     **ANALYSES,
     "scan": Scan,
 }
@@ -254,7 +278,7 @@ OPTIONS = frozenset(entry.name for kind in TABLES.values() for entry in fields(k
 
 
 def as_key(name: str, table: str = "") -> str:
-    """Name an option as a job's file does, with its table if only one has it: [surface] energy."""
+    """Name an option as a job's file does, with its table if only one has it: [energy_surface] energy."""
     homes = [table] if table else [home for home, kind in TABLES.items() if name in _hints(kind)]
     return f"[{homes[0]}] {name}" if len(homes) == 1 else name
 
@@ -274,11 +298,11 @@ def difference(old: Job, new: Job) -> str | None:
     """Return the first field in which two jobs would not give the same numbers, with both values; None where there is
     none.
     """
-    one, other = ({**job.tables(), "unit": None} for job in (old, new))
+    one, other = ({**job.tables(), "chunk": None} for job in (old, new))
     for name in dict.fromkeys([*one, *other]):
         if (name in one) != (name in other):
             return f"[{name}] is {'not in the job' if name in one else 'new in the job'}"
-        if name == "unit":
+        if name == "chunk":
             continue
         a = one[name]
         b = other[name]
@@ -303,7 +327,7 @@ def _parsed(text: str, own: dict[str, Any]) -> dict[str, Any]:
     for name, value in data.items():
         if name in own:
             continue
-        if name == "unit":
+        if name == "chunk":
             found[name] = value
             continue
         kind = TABLES.get(name)
@@ -311,10 +335,10 @@ def _parsed(text: str, own: dict[str, Any]) -> dict[str, Any]:
             homes = [f"[{table}] {name}" for table, other in TABLES.items() if name in _hints(other)]
             if homes and not isinstance(value, dict):
                 raise OptionError(f"a key stands above its table: {' or '.join(homes)}")
-            raise OptionError(f"[{name}] is no table of a job{_near(name, [*TABLES, 'unit'])}")
+            raise OptionError(f"[{name}] is no table of a job{_near(name, [*TABLES, 'chunk'])}")
         if not isinstance(value, dict):
             raise TypeError(f"{name} must be a table, [{name}] with keys below it, got {shown(value)}")
-        if "value" in value and name in ("model", "starts"):
+        if "value" in value and name in ("model", "initial_conditions"):
             raise OptionError(f"[{name}] is one of your own, {value['value']}, that no text describes: give {name}=...")
         found[name] = _table(name, value)
     return found

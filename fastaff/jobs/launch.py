@@ -1,4 +1,4 @@
-"""Where orbits start: the table [starts] of a job, and the launch set that it describes."""
+"""Where orbits start: the table [initial_conditions] of a job, and the launch set that it describes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from ..sections.section_edge import edge as section_edge
 from ..systems.formulas.number import number
 from ..systems.models.mechanics import System
 from .flags import axis_of, cells_of, flags_of_axes, range_of
-from .system import Surface
+from .system import EnergySurface
 from .wording import OptionError, option, respelled
 
 TRIED = 16
@@ -38,7 +38,7 @@ TRIED = 16
 
 
 @dataclass(frozen=True, kw_only=True)
-class Starts:
+class InitialConditions:
     """Where the orbits start."""
 
     grid: str | None = None
@@ -49,9 +49,9 @@ class Starts:
     """Random starts, uniform over the accessible part of the section, instead of a grid."""
     seed: int = 0
     """Seed of the random starts. [0]"""
-    range1: str | None = None
+    q_range: str | None = None
     """Range LOW:HIGH of the section's coordinate. [all that the energy allows]"""
-    range2: str | None = None
+    p_range: str | None = None
     """Range LOW:HIGH of its momentum. [all that the energy allows]"""
     axes: list[str] | None = None
     """NAME=LOW:HIGH:N of a coordinate or momentum, once for each: a grid over these, of systems of any number of
@@ -72,7 +72,7 @@ class Starts:
 
     def read(self) -> np.ndarray:
         """Return the phase points of the file, which stay on disk."""
-        others = [name for name in ("grid", "orbits", "range1", "range2", *BY_NAME) if getattr(self, name)]
+        others = [name for name in ("grid", "orbits", "q_range", "p_range", *BY_NAME) if getattr(self, name)]
         if others:
             raise OptionError(f"give {option('file')} or {option(others[0])}, not both")
         checked_file(str(self.file), option("file"))
@@ -87,7 +87,7 @@ class Starts:
             raise OptionError(f"{option('file')} {self.file} must have one array of real numbers (2n, orbits)")
         return array
 
-    def launch(self, system: System, section: Any, surface: Surface, default: str) -> Launch:
+    def launch(self, system: System, section: Any, surface: EnergySurface, default: str) -> Launch:
         """Return the launch set of this table, on a grid of `default` cells unless it names another."""
         if self.grid is not None and self.orbits is not None:
             raise OptionError.of("give {grid} or {orbits}, not both")
@@ -111,7 +111,7 @@ class Starts:
             ranges = [mine or found for mine, found in zip(given, edge.axes)]
         except ValueError as problem:
             if None in ranges:
-                both = f"{option('range1')} and {option('range2')}"
+                both = f"{option('q_range')} and {option('p_range')}"
                 dicts = r"the ranges of the axes|ranges of the \w+, axes=\{.*\}"
                 raise OptionError(re.sub(dicts, both, str(problem))) from None
         if self.orbits is not None:
@@ -126,9 +126,9 @@ class Starts:
         """Whether starts are given by names of coordinates and momenta, or over the whole energy surface."""
         return any(getattr(self, name) for name in BY_NAME)
 
-    def _by_name(self, system: System, section: Any, surface: Surface) -> Launch:
+    def _by_name(self, system: System, section: Any, surface: EnergySurface) -> Launch:
         """Return the launch set of any number of degrees of freedom."""
-        for name in ("range1", "range2", "grid"):
+        for name in ("q_range", "p_range", "grid"):
             if getattr(self, name) is not None:
                 raise OptionError.of(
                     "{it} is of the two coordinates of a section of a body or of a system of two coordinates; "
@@ -166,7 +166,7 @@ class Starts:
 
     def ranges(self) -> list[Any]:
         """Return the ranges given, None for those not given."""
-        return [range_of(option(name), getattr(self, name)) for name in ("range1", "range2")]
+        return [range_of(option(name), getattr(self, name)) for name in ("q_range", "p_range")]
 
 
 BY_NAME = ("axes", "fixed", "solve", "at_rest", "microcanonical")
@@ -335,7 +335,7 @@ def between(launch: Launch, low: int, high: int) -> tuple[np.ndarray, np.ndarray
 
 @functools.lru_cache(maxsize=4)
 def _points(launch: Any, block: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points of a block, which several units may share."""
+    """Return the points of a block, which several chunks may share."""
     return launch.points(block)
 
 

@@ -12,11 +12,11 @@ import numpy as np
 from ..core.interruption import imported
 from ..core.numbers import MOST
 from ..core.status import Status
+from .chunks import LOG, Chunk, again_to_run, outcomes, waiting
 from .guard import reported_as_damage
 from .job import Job, in_one_line
 from .scans import FoundCases, assembled
 from .store import ATTEMPT, DONE, WAITING, Store
-from .units import LOG, Unit, again_to_run, outcomes, waiting
 
 
 class JobResults:
@@ -27,21 +27,23 @@ class JobResults:
     """
 
     def __init__(
-        self, job: Job, found: dict[str, Any] | None, place: np.ndarray, path: Path | None, units: Any = ()
+        self, job: Job, found: dict[str, Any] | None, place: np.ndarray, path: Path | None, chunks: Any = ()
     ) -> None:
         self.job = job
         self.path = path
-        self.units = list(units)
+        self.chunks = list(chunks)
         self._found = found
         self._place = place
 
     @classmethod
     def stored(cls, path: Any, job: Job | None = None, **own: Any) -> JobResults:
-        """Return the results in a store, finished or not; own: `model` or `starts`, where no text describes them."""
+        """Return the results in a store, finished or not; own: `model` or `initial_conditions`, where no text describes
+        them.
+        """
         store = Store(path)
         if job is None:
-            if store.facts["own_starts"]:
-                own = {"starts": store.root["launch/z0"][:, :1], **own}
+            if store.facts["own_initial_conditions"]:
+                own = {"initial_conditions": store.root["launch/z0"][:, :1], **own}
             job = Job.parsed(store.facts["job"], str(path), **own)
         return cls(job, None, np.zeros(0), Path(path), _logged(Path(path)))
 
@@ -116,7 +118,7 @@ class JobResults:
         return found
 
     def table(self) -> str:
-        """List the outcomes of the orbits: counts and share of each status, worst energy error, slowest unit."""
+        """List the outcomes of the orbits: counts and share of each status, worst energy error, slowest chunk."""
         lines = []
         worst = self.worst_energy_error()
         for name, counts in self.counts().items():
@@ -133,19 +135,19 @@ class JobResults:
             missing = np.count_nonzero(state == WAITING)
             for attempt, again in enumerate(store.facts["reruns"], 1):
                 count = sum(int(np.count_nonzero(self.attempts(name) == attempt)) for name in self.names)
-                changed = ", ".join(f"{name} {value}" for name, value in again["run"].items())
+                changed = ", ".join(f"{name} {value}" for name, value in again["options"].items())
                 lines.append(f"run again with {changed}: {count} orbits")
             if left := int(np.count_nonzero(again_to_run(store))):
                 lines.append(f"{left} orbits still to be run again")
-            if store.facts["other_processors"]:
-                lines.append("computed by processors of several kinds: the last digits may differ between units")
+            if store.facts["other_cpu_allowed"]:
+                lines.append("computed by processors of several kinds: the last digits may differ between chunks")
             if absent:
                 lines.append(f"{absent} points beyond the energy")
             if missing:
                 lines.append(f"{missing} points not computed yet")
-        if self.units:
-            slow = max(self.units, key=lambda unit: unit.seconds)
-            lines.append(f"slowest unit {slow.number}: {slow.orbits} orbits in {slow.seconds:.1f} s")
+        if self.chunks:
+            slow = max(self.chunks, key=lambda chunk: chunk.seconds)
+            lines.append(f"slowest chunk {slow.number}: {slow.orbits} orbits in {slow.seconds:.1f} s")
         return "\n".join(map(in_one_line, lines))
 
     def _escape(self) -> str | None:
@@ -154,7 +156,7 @@ class JobResults:
         gone = [status for status in found if status is not None]
         if self.job.scan is not None or not gone:
             return None
-        return self.job.surface.escape(self.job.plan().system, np.concatenate(gone))
+        return self.job.energy_surface.escape(self.job.plan().system, np.concatenate(gone))
 
     def __repr__(self) -> str:
         where = "in memory" if self.path is None else f"in {self.path}"
@@ -162,8 +164,8 @@ class JobResults:
 
     def to_xarray(self, chunks: Any = None) -> Any:
         """Open the store as an xarray.DataTree, whose arrays are read when and as far as they are used; with `chunks`,
-        as in `xarray.open_datatree` ({}: the units of the job), dask reads them. What these read is not compared with
-        the seals of its chunks, as all else is.
+        as in `xarray.open_datatree` ({}: the chunks of the job), dask reads them. What these read is not compared with
+        the seals of its pieces, as all else is.
         """
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
@@ -190,8 +192,8 @@ class JobResults:
         return np.asarray(store.root[f"{name}/{field}"][...][..., store.finished() == DONE])
 
 
-def _logged(path: Path) -> list[Unit]:
-    """Return the units of the log, without a last line that was cut off."""
+def _logged(path: Path) -> list[Chunk]:
+    """Return the chunks of the log, without a last line that was cut off."""
     found = {}
     try:
         lines = (path / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
@@ -199,15 +201,15 @@ def _logged(path: Path) -> list[Unit]:
         return []
     for line in lines:
         try:
-            entry = Unit(**json.loads(line))
+            entry = Chunk(**json.loads(line))
         except (ValueError, TypeError, RecursionError):
             continue
-        if _is_unit(entry):
+        if _is_chunk(entry):
             found[entry.number] = entry
     return list(found.values())
 
 
-def _is_unit(entry: Unit) -> bool:
+def _is_chunk(entry: Chunk) -> bool:
     """Tell whether the fields of a line have the right kinds and ranges."""
     counts = (entry.number, entry.orbits, entry.crossings)
     return (

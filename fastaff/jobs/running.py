@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.interruption import Interrupted
 from ..core.names import named
-from ..core.numbers import StrPath, flag, free_memory, function, positive, reporter, shown, whole
+from ..core.numbers import StrPath, checked_callback, flag, free_memory, function, positive, shown, whole
 from ..core.placing import sweep
 from ..core.status import Status
 from ..engine.code_folder import package_hash
@@ -27,31 +27,31 @@ from ..results.result import columns
 from ..runs.schemes.catalogue import Scheme
 from ..systems.models.contracts import Dynamics
 from .analyses import AnalysedOrbits
+from .chunks import Chunk, computed, refresh_chunk, running, same_processor, stated, summed, waiting
 from .holding import as_path, exclusive_lock
 from .job import Job, JobPlan, difference, distinct
-from .launch import Points, Starts, between, some
+from .launch import InitialConditions, Points, between, some
 from .results import JobResults
 from .scans import Cases, assembled
 from .store import Store, create, is_store
 from .system import Model
-from .units import Unit, computed, running, same_processor, stated, summed, unit, waiting
 from .watching import Progress, Watched, submitted
 from .wording import OptionError
 
 SECONDS = 2.0
-"""Seconds of work in a unit whose size is left open."""
+"""Seconds of work in a chunk whose size is left open."""
 
 PROBE = 256
-"""Orbits of the trial that measures the time of a unit."""
+"""Orbits of the trial that measures the time of a chunk."""
 
 SMALLEST = 256
-"""Orbits of a unit whose size is left open: two blocks of lanes."""
+"""Orbits of a chunk whose size is left open: two blocks of lanes."""
 
 WORKING = 6.0
-"""Bytes that a unit takes while it runs for each byte of its results: measured by `bench/job_memory.py`."""
+"""Bytes that a chunk takes while it runs for each byte of its results: measured by `bench/job_memory.py`."""
 
 PARTIAL = re.compile(r"\d+\.[0-9a-f]{32}\.partial")
-"""Names of chunks that are being written, by Zarr."""
+"""Names of pieces that are being written, by Zarr."""
 
 SHARE = 0.25
 """Share of the free memory that a job takes if nothing is said."""
@@ -66,9 +66,9 @@ def run(
     threads: int | None = None,
     memory: float | None = None,
     overwrite: bool = False,
-    other_processor: bool = False,
-    report: Callable[[float], object] | None = None,
-    watch: Callable[[Progress, Unit], object] | None = None,
+    allow_other_cpu: bool = False,
+    callback: Callable[[float], object] | None = None,
+    on_chunk: Callable[[Progress, Chunk], object] | None = None,
 ) -> JobResults:
     """Run a job and return its results: in memory, or in a store, which goes on where it was stopped.
 
@@ -80,19 +80,19 @@ def run(
         Path of a Zarr hierarchy, new or of the same job (default: all in memory).
     executor : object with `submit`, optional
         Such as pools of threads and of spawned processes, loky, ``dask.distributed.Client.get_executor()``,
-        mpi4py.futures or submitit. Each worker writes its own chunks into the store, which all workers must reach by
+        mpi4py.futures or submitit. Each worker writes its own pieces into the store, which all workers must reach by
         its path.
     threads : int, optional
-        Threads of a unit (default: all cores, in an executor 1).
+        Threads of a chunk (default: all cores, in an executor 1).
     memory : float, bytes, optional
-        Largest memory of a unit (default: a quarter of the free memory), which bounds its size where the job leaves it
+        Largest memory of a chunk (default: a quarter of the free memory), which bounds its size where the job leaves it
         open.
     overwrite : bool, default False
         Replace a store of another job.
-    other_processor : bool, default False
+    allow_other_cpu : bool, default False
         Go on with a store that was begun on another kind of processor too; the store records it.
-    report, watch : callable, optional
-        Called with the fraction done; called with `Progress` and the `Unit` after each unit.
+    callback, on_chunk : callable, optional
+        Called with the fraction done; called with `Progress` and the `Chunk` after each chunk.
 
     Returns
     -------
@@ -111,8 +111,9 @@ def run(
     Notes
     -----
     A store is bit for bit the same for any threads, executor, order and interruption on processors of one kind, and
-    others are refused; the values of an orbit are so for any size of units too. Finished units survive a killed
-    process: a unit counts when its last chunk is on the disk. Cost: that of the analyses, and of writing their numbers.
+    others are refused; the values of an orbit are so for any size of chunks too. Finished chunks survive a killed
+    process: a chunk counts when its last piece is on the disk. Cost: that of the analyses, and of writing their
+    numbers.
 
     References
     ----------
@@ -120,19 +121,20 @@ def run(
 
     Examples
     --------
-    >>> job = fa.Job(model=fa.HenonHeiles(), starts=[0.1, 0.0, 0.0, 0.2], integrate=fa.jobs.Motion(time=1.0))
+    >>> asked = fa.jobs.IntegrateOptions(time=1.0)
+    >>> job = fa.Job(model=fa.HenonHeiles(), initial_conditions=[0.1, 0.0, 0.0, 0.2], integrate=asked)
     >>> fa.run(job).complete
     True
     """
     if not isinstance(job, Job):
         raise TypeError(f"job must be a Job, got {shown(job)} ({type(job).__name__})")
-    _checked(executor, threads, report, watch, other_processor)
+    _checked(executor, threads, callback, on_chunk, allow_other_cpu)
     flag("overwrite", overwrite)
     memory = None if memory is None else positive("memory", memory)
     if store is None:
         if executor is not None:
             raise OptionError("executor needs a store: workers hand over their results there")
-        return _in_memory(job, threads, report)
+        return _in_memory(job, threads, callback)
     path = as_path(store)
     there = path.exists()
     if not (there and is_store(path)):
@@ -147,7 +149,7 @@ def run(
             raise OptionError(f"{path} holds another job: {change}. Take another store, or overwrite this one")
         if change is not None:
             begin(job, path, memory=memory, overwrite=True, threads=threads)
-    return _finished(path, _own(job), executor, threads, report, watch, other_processor)
+    return _finished(path, _own(job), executor, threads, callback, on_chunk, allow_other_cpu)
 
 
 @says_progress
@@ -156,10 +158,10 @@ def resume(
     *,
     executor: Executor | None = None,
     threads: int | None = None,
-    report: Callable[[float], object] | None = None,
-    watch: Callable[[Progress, Unit], object] | None = None,
+    callback: Callable[[float], object] | None = None,
+    on_chunk: Callable[[Progress, Chunk], object] | None = None,
     model: Dynamics | None = None,
-    other_processor: bool = False,
+    allow_other_cpu: bool = False,
 ) -> JobResults:
     """Go on with the job of a store where it was stopped, and return its results.
 
@@ -167,10 +169,10 @@ def resume(
     ----------
     store : path
         Path of the store.
-    executor, threads, report, watch : as in `run`
+    executor, threads, callback, on_chunk : as in `run`
     model : model, optional
         Model of the job, where no text describes it.
-    other_processor : as in `run`
+    allow_other_cpu : as in `run`
 
     Returns
     -------
@@ -186,7 +188,7 @@ def resume(
 
     Notes
     -----
-    Cost: that of the units that are waiting.
+    Cost: that of the chunks that are waiting.
 
     References
     ----------
@@ -194,14 +196,15 @@ def resume(
 
     Examples
     --------
-    >>> job = fa.Job(model=fa.HenonHeiles(), starts=[0.1, 0.0, 0.0, 0.2], integrate=fa.jobs.Motion(time=1.0))
+    >>> asked = fa.jobs.IntegrateOptions(time=1.0)
+    >>> job = fa.Job(model=fa.HenonHeiles(), initial_conditions=[0.1, 0.0, 0.0, 0.2], integrate=asked)
     >>> whole = fa.run(job, "resumed.zarr")
     >>> fa.resume("resumed.zarr").complete
     True
     """
-    _checked(executor, threads, report, watch, other_processor)
+    _checked(executor, threads, callback, on_chunk, allow_other_cpu)
     own = {} if model is None else {"model": model}
-    return _finished(as_path(store), own, executor, threads, report, watch, other_processor)
+    return _finished(as_path(store), own, executor, threads, callback, on_chunk, allow_other_cpu)
 
 
 @says_progress
@@ -215,10 +218,10 @@ def rerun(
     analyses: str | Sequence[str] | None = None,
     executor: Executor | None = None,
     threads: int | None = None,
-    report: Callable[[float], object] | None = None,
-    watch: Callable[[Progress, Unit], object] | None = None,
+    callback: Callable[[float], object] | None = None,
+    on_chunk: Callable[[Progress, Chunk], object] | None = None,
     model: Dynamics | None = None,
-    other_processor: bool = False,
+    allow_other_cpu: bool = False,
 ) -> JobResults:
     """Run the orbits of a store with given statuses again, another way; return its results.
 
@@ -228,11 +231,11 @@ def rerun(
         Path of a store, finished or not. Orbits still to come are run again too where they fail.
     status : `Status`, str, or several
         Statuses of the orbits to run again.
-    scheme, step, accuracy : as in `Run`, optional
+    scheme, step, accuracy : as in `RunOptions`, optional
         The changes, one at least, a scheme by value or name.
     analyses : sequence of str, optional
         Names of the analyses to run again (default: all that have statuses).
-    executor, threads, report, watch, model, other_processor : as in `resume`
+    executor, threads, callback, on_chunk, model, allow_other_cpu : as in `resume`
 
     Returns
     -------
@@ -255,17 +258,18 @@ def rerun(
 
     Examples
     --------
-    >>> job = fa.Job(model=fa.HenonHeiles(), starts=[0.1, 0.0, 0.0, 0.2], integrate=fa.jobs.Motion(time=1.0))
+    >>> asked = fa.jobs.IntegrateOptions(time=1.0)
+    >>> job = fa.Job(model=fa.HenonHeiles(), initial_conditions=[0.1, 0.0, 0.0, 0.2], integrate=asked)
     >>> whole = fa.run(job, "rerun.zarr")
     >>> fa.rerun("rerun.zarr", status="NONFINITE", step=0.01).complete
     True
     """
-    _checked(executor, threads, report, watch, other_processor)
+    _checked(executor, threads, callback, on_chunk, allow_other_cpu)
     path = as_path(store)
     given = {} if model is None else {"model": model}
     with exclusive_lock(path):
         begun = running(path, **given)
-        same_processor(begun.store, other_processor)
+        same_processor(begun.store, allow_other_cpu)
         names: Sequence[str]
         if analyses is None:
             names = tuple(begun.plan.analyses)
@@ -274,7 +278,7 @@ def rerun(
         else:
             names = analyses
         if isinstance(begun.plan.launch, Cases):
-            raise OptionError("rerun is for orbits; cases of a scan have their second scheme already")
+            raise OptionError("rerun is for orbits; cases of a scan have their fallback scheme already")
         for name in names:
             named("analyses", name, tuple(begun.plan.analyses))
         name_of = None if scheme is None else str(getattr(scheme, "name", scheme))
@@ -282,19 +286,19 @@ def rerun(
         changed: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
         if not changed:
             raise OptionError("rerun needs scheme, step or accuracy: with the same ones the numbers stay")
-        options = replace(begun.job.run, **changed)
+        options = replace(begun.job.options, **changed)
         few = begun.plan.few()
         few = few._replace(z0=few.z0[:, :1])
         for name in names:  # wrong options are refused before anything is changed
             begun.plan.analyses[name].compute(few, begun.store.facts["settled"][name], options)
         entry = {
             "status": sorted({int(_status(one)) for one in _several(status)}),
-            "run": changed,
+            "options": changed,
             "analyses": list(names),
             "date": provenance()["date"],
         }
         begun.store.tell(reruns=[*begun.store.facts["reruns"], entry])
-    return _finished(path, given, executor, threads, report, watch, other_processor)
+    return _finished(path, given, executor, threads, callback, on_chunk, allow_other_cpu)
 
 
 def _several(status: Any) -> list[Any]:
@@ -316,9 +320,9 @@ def _status(one: Any) -> Status:
 def begin(
     job: Job, path: Any, *, memory: float | None = None, overwrite: bool = False, threads: int | None = None
 ) -> Store:
-    """Make the store of a job with no unit finished; a few orbits settle the options that are left open."""
+    """Make the store of a job with no chunk finished; a few orbits settle the options that are left open."""
     plan = job.plan()
-    run = job.run.on(threads)
+    run = job.options.on(threads)
     few = plan.few()
     settled = {name: analysis.resolve_defaults(few, run) for name, analysis in plan.analyses.items()}
 
@@ -329,27 +333,27 @@ def begin(
     most = int(room // each)
     if most < 1:
         raise OptionError(f"memory must be at least {each:.0f} bytes, what one orbit of this job takes, got {room:.0f}")
-    size = job.unit
+    size = job.chunk
     if size is None:
-        size = _unit_size(plan, settled, run, most)
+        size = _chunk_size(plan, settled, run, most)
     elif min(size, plan.launch.size) > (most := int((free if memory is None else room) // each)):
-        raise OptionError(f"unit must be at most {most} orbits to take {most * each:.0f} bytes of memory, got {size}")
-    own_starts = isinstance(plan.launch, Points)
+        raise OptionError(f"chunk must be at most {most} orbits to take {most * each:.0f} bytes of memory, got {size}")
+    own_initial_conditions = isinstance(plan.launch, Points)
     facts = {
         "job": job.text(),
         "settled": settled,
         "orbits": plan.launch.size,
-        "unit": min(size, plan.launch.size),
+        "chunk": min(size, plan.launch.size),
         "source": package_hash(),
         "processor": processor(),
-        "other_processors": False,
-        "own_starts": own_starts,
+        "other_cpu_allowed": False,
+        "own_initial_conditions": own_initial_conditions,
         "reruns": [],
         "provenance": provenance(),
     }
 
     def prepared(store: Store) -> None:
-        for number in range(store.units if own_starts else 0):
+        for number in range(store.chunks if own_initial_conditions else 0):
             points = store.points(number)
             store.start(number, between(plan.launch, points.start, points.stop)[0])
 
@@ -363,8 +367,8 @@ def begin(
         raise
 
 
-def _unit_size(plan: JobPlan, settled: dict[str, Any], options: Any, most: int) -> int:
-    """Return the number of orbits that take some seconds, a multiple of the smallest unit, as far as memory allows."""
+def _chunk_size(plan: JobPlan, settled: dict[str, Any], options: Any, most: int) -> int:
+    """Return the number of orbits that take some seconds, a multiple of the smallest chunk, as far as memory allows."""
     if isinstance(plan.launch, Cases):
         return 1
     if plan.launch.size <= SMALLEST:
@@ -377,9 +381,9 @@ def _unit_size(plan: JobPlan, settled: dict[str, Any], options: Any, most: int) 
     return min(size, max(1, most // SMALLEST) * SMALLEST if most >= SMALLEST else most)
 
 
-def _in_memory(job: Job, threads: int | None, report: Any) -> JobResults:
+def _in_memory(job: Job, threads: int | None, callback: Any) -> JobResults:
     plan = job.plan()
-    options = job.run.on(threads)
+    options = job.options.on(threads)
     few = plan.few()
     settled = {name: analysis.resolve_defaults(few, options) for name, analysis in plan.analyses.items()}
     _fits(plan, settled, options, few)
@@ -387,15 +391,15 @@ def _in_memory(job: Job, threads: int | None, report: Any) -> JobResults:
     found: dict[str, Any] = {}
     start = clock.perf_counter()
     try:
-        for name, result in computed(plan, z0, settled, options, report):
+        for name, result in computed(plan, z0, settled, options, callback):
             found[name] = result
     except Interrupted as stopped:
         found[list(plan.analyses)[len(found)]] = stopped.partial
         raise _stopped(JobResults(job, found, place, None)) from None
-    units = [summed(0, place.size, clock.perf_counter() - start, found)]
+    chunks = [summed(0, place.size, clock.perf_counter() - start, found)]
     if isinstance(plan.launch, Cases):
         found = {name: assembled(result, plan.launch) for name, result in found.items()}
-    return JobResults(job, found, place, None, units)
+    return JobResults(job, found, place, None, chunks)
 
 
 def _fits(plan: JobPlan, settled: dict[str, Any], options: Any, few: AnalysedOrbits) -> None:
@@ -407,7 +411,7 @@ def _fits(plan: JobPlan, settled: dict[str, Any], options: Any, few: AnalysedOrb
     if WORKING * each * size > (free := free_memory()):
         raise OptionError(
             f"{size} orbits in memory take {WORKING * each * size:.3g} bytes, {free:.3g} are free: give store, which "
-            "takes them unit by unit"
+            "takes them chunk by chunk"
         )
 
 
@@ -431,7 +435,7 @@ def _change(path: Path, job: Job, overwrite: bool) -> str | None:
     try:
         store = Store(path)
         own = stated(store)
-        for name, kind in (("model", Model), ("starts", Starts)):
+        for name, kind in (("model", Model), ("initial_conditions", InitialConditions)):
             mine = getattr(job, name)
             if (name in own) == isinstance(mine, kind):
                 return f"[{name}] was {own.get(name, 'described by a text')}, is {shown(mine)}"
@@ -445,8 +449,8 @@ def _change(path: Path, job: Job, overwrite: bool) -> str | None:
     if "model" in own and (told := stated(store)["model"]) != distinct(job.model):
         return f"[model] was {told}, is {distinct(job.model)}"
     change = difference(old, job)
-    if change is None and store.facts["own_starts"] and not _same_starts(store, job.plan().launch):
-        return "[starts] are other points"
+    if change is None and store.facts["own_initial_conditions"] and not _same_starts(store, job.plan().launch):
+        return "[initial_conditions] are other points"
     began = store.facts["source"], store.facts["processor"]
     if change is None and overwrite and began != (package_hash(), processor()):
         return "it was begun by another version, or on another kind of processor"
@@ -456,7 +460,7 @@ def _change(path: Path, job: Job, overwrite: bool) -> str | None:
 def _same_starts(store: Store, launch: Any) -> bool:
     if launch.size != store.orbits:
         return False
-    parts = (store.points(number) for number in range(store.units))
+    parts = (store.points(number) for number in range(store.chunks))
     return all(
         np.array_equal(store.root["launch/z0"][:, part], between(launch, part.start, part.stop)[0], equal_nan=True)
         for part in parts
@@ -464,9 +468,9 @@ def _same_starts(store: Store, launch: Any) -> bool:
 
 
 def _finished(
-    path: Path, own: dict[str, Any], executor: Any, threads: int | None, report: Any, watch: Any, other: bool
+    path: Path, own: dict[str, Any], executor: Any, threads: int | None, callback: Any, on_chunk: Any, other: bool
 ) -> JobResults:
-    """Compute the units of a store that are waiting."""
+    """Compute the chunks of a store that are waiting."""
     with exclusive_lock(path):
         begun = running(path, **own)
         if not len(waiting(begun.store)):
@@ -475,12 +479,12 @@ def _finished(
         sweep(path.glob("*/*/c/**/*.partial"), PARTIAL)
         begun.store.verify()
         todo = waiting(begun.store)
-        state = Watched(begun.store, len(todo), report, watch)
+        state = Watched(begun.store, len(todo), callback, on_chunk)
         try:
             with state.log():
                 if executor is None:
                     for number in todo:
-                        state.add(unit(begun, int(number), threads, state.within))
+                        state.add(refresh_chunk(begun, int(number), threads, state.within))
                 else:
                     submitted(executor, path, todo, 1 if threads is None else threads, own, state)
         except KeyboardInterrupt:
@@ -493,12 +497,12 @@ def _finished(
     return JobResults.stored(path, job=begun.job)
 
 
-def _checked(executor: Any, threads: Any, report: Any, watch: Any, other_processor: Any) -> None:
-    """Refuse wrong executors, threads and callbacks before any unit is computed."""
-    reporter(report)
-    flag("other_processor", other_processor)
-    if watch is not None:
-        function("watch", watch)
+def _checked(executor: Any, threads: Any, callback: Any, on_chunk: Any, allow_other_cpu: Any) -> None:
+    """Refuse wrong executors, threads and callbacks before any chunk is computed."""
+    checked_callback(callback)
+    flag("allow_other_cpu", allow_other_cpu)
+    if on_chunk is not None:
+        function("on_chunk", on_chunk)
     if executor is None:
         checked_threads(threads)
     elif not callable(getattr(executor, "submit", None)):

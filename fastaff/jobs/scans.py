@@ -17,9 +17,9 @@ from ..runs.requirements import current_system
 from ..sections.energy_sample import energy_sample
 from ..systems.formulas.number import number
 from ..systems.models.mechanics import System
-from .analyses import AnalysedOrbits, Chaos, Run
-from .launch import Starts
-from .system import Surface
+from .analyses import AnalysedOrbits, ChaosOptions, RunOptions
+from .launch import InitialConditions
+from .system import EnergySurface
 from .wording import OptionError, option
 
 PLANES = ("p_eta", "p_gamma", "p_phi", "p_psi")
@@ -87,7 +87,7 @@ def _parsed(text: str) -> Scanned:
     return Scanned(name.strip().replace("p-", "p_"), np.linspace(low, high, count))
 
 
-def case(body: Any, surface: Any, given: dict[str, float]) -> tuple[Any, Any]:
+def case(model: Any, surface: Any, given: dict[str, float]) -> tuple[Any, Any]:
     """Return body and surface with some parameters replaced."""
     spin = surface.p_gamma + surface.p_eta
     vorticity = surface.p_gamma - surface.p_eta
@@ -98,12 +98,12 @@ def case(body: Any, surface: Any, given: dict[str, float]) -> tuple[Any, Any]:
     for name, value in given.items():
         if name in ("energy", "p_eta", "p_gamma"):
             surface = replace(surface, **{name: value})
-        elif name == "mu" and hasattr(body, "potential"):
-            body = body._replace(mu=value)
+        elif name == "mu" and hasattr(model, "potential"):
+            model = model._replace(mu=value)
         elif name not in PLANES:
-            inner = getattr(body, "potential", body)._replace(**{name: value})
-            body = body._replace(potential=inner) if hasattr(body, "potential") else inner
-    return body, surface
+            inner = getattr(model, "potential", model)._replace(**{name: value})
+            model = model._replace(potential=inner) if hasattr(model, "potential") else inner
+    return model, surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,74 +150,76 @@ class ScanOfChaos:
     brief: ClassVar[dict[str, Any]] = {"time": 1.0}
 
     cases: Cases
-    surface: Surface
-    starts: Starts
-    chaos: Chaos
+    energy_surface: EnergySurface
+    initial_conditions: InitialConditions
+    chaos: ChaosOptions
 
-    def check(self, run: Run) -> None:
+    def check(self, run: RunOptions) -> None:
         """Refuse values that are wrong for any orbits."""
         self.chaos.check(run)
 
-    def resolve_defaults(self, few: AnalysedOrbits, run: Run) -> dict[str, Any]:
+    def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return nothing: each case has its own time."""
         self.check(run)
         return {}
 
-    def compute(self, orbits: AnalysedOrbits, settled: dict[str, Any], run: Run, report: Any = None) -> FoundCases:
+    def compute(
+        self, orbits: AnalysedOrbits, settled: dict[str, Any], run: RunOptions, callback: Any = None
+    ) -> FoundCases:
         """Return the results of the cases whose values are the columns of z0."""
         parts = []
         for k in range(orbits.z0.shape[1]):
-            part = portion(report, k, orbits.z0.shape[1])
+            part = portion(callback, k, orbits.z0.shape[1])
             parts.append(self._case(orbits, orbits.z0[:, k], settled, run, part))
         return FoundCases.concat(parts)
 
     def _case(
-        self, orbits: AnalysedOrbits, values: np.ndarray, settled: dict[str, Any], run: Run, report: Any
+        self, orbits: AnalysedOrbits, values: np.ndarray, settled: dict[str, Any], run: RunOptions, callback: Any
     ) -> FoundCases:
         at = [int(np.flatnonzero(axis.values == value)[0]) for axis, value in zip(self.cases.axes, values)]
         number = int(np.ravel_multi_index(at, self.cases.shape))
         time = settled["time"] if settled else None
         one = [np.array([value]) for value in values]
-        return FoundCases.of(self.fractions(orbits.body, orbits.section, one, run, report, number, time))
+        return FoundCases.of(self.fractions(orbits.model, orbits.section, one, run, callback, number, time))
 
-    def orbits(self, body: Any, section: Any, values: Sequence[float], number: int) -> tuple[Any, np.ndarray]:
+    def orbits(self, model: Any, section: Any, values: Sequence[float], number: int) -> tuple[Any, np.ndarray]:
         """Return the body of a case, the one of that number, and its random starts (2n, orbits)."""
-        body, surface = case(body, self.surface, dict(zip(self.cases.names, values)))
-        ranges = self.starts.ranges()
+        model, surface = case(model, self.energy_surface, dict(zip(self.cases.names, values)))
+        ranges = self.initial_conditions.ranges()
         drawn = energy_sample(
-            body,
+            model,
             section=section,
-            orbits=self.starts.orbits or ORBITS,
-            seed=np.random.SeedSequence(self.starts.seed, spawn_key=(number,)),
+            orbits=self.initial_conditions.orbits or ORBITS,
+            seed=np.random.SeedSequence(self.initial_conditions.seed, spawn_key=(number,)),
             energy=surface.energy,
             p_eta=surface.p_eta,
             p_gamma=surface.p_gamma,
             axes=ranges if all(ranges) else None,
         )
-        return body, drawn.z0
+        return model, drawn.z0
 
     def fractions(
         self,
-        body: Any,
+        model: Any,
         section: Any,
         values: list[np.ndarray],
-        run: Run,
-        report: Any,
+        run: RunOptions,
+        callback: Any,
         first: int = 0,
         time: float | None = None,
     ) -> ChaoticFraction:
         """Return the chaotic fraction over values of each parameter, cases numbered from `first`."""
         numbers = count(first)
 
-        def length(body: Any, z0: np.ndarray) -> float:
+        def length(model: Any, z0: np.ndarray) -> float:
             return (
-                self.chaos.resolve_defaults(AnalysedOrbits(current_system(body), section, z0), run)["time"]
+                self.chaos.resolve_defaults(AnalysedOrbits(current_system(model), section, z0), run)["time"]
                 if time is None
                 else time
             )
 
         return chaotic_fraction(
-            lambda *given: self.orbits(body, section, given, next(numbers)),
+            lambda *given: self.orbits(model, section, given, next(numbers)),
             values,
             names=self.cases.names,
             time=length,
@@ -226,7 +228,7 @@ class ScanOfChaos:
             scheme=run.scheme_value(),
             step=run.step,
             threads=run.threads,
-            report=report,
+            callback=callback,
         )
 
 

@@ -1,12 +1,12 @@
-"""Results of a job on disk: a Zarr hierarchy with a chunk of every array for each unit, which xarray opens by itself.
+"""Results of a job on disk: a Zarr hierarchy with a piece of every array for each chunk of orbits; xarray opens it.
 
     NAME.zarr           attributes: the job as TOML, settled options, versions; format
-      launch            z0 (coordinate, orbit), finished (orbit); seals (array, unit) of the chunks of all units
+      launch            z0 (coordinate, orbit), finished (orbit); seals (array, chunk) of all pieces
       poincare, ...     the arrays of each analysis's result, orbits last, and attempt (orbit): 0, or which rerun
 
 Points of a grid that the energy does not reach have no orbit: their numbers are NaN, -1 or False, `finished` is 0.
-`finished` is written last: a unit without it does not count. Each chunk has a seal, a number of its content, its array
-and its unit, which is compared when it is read: a chunk that was exchanged for another is noticed.
+`finished` is written last: a chunk without it does not count. Each piece has a seal, a number of its content, its array
+and its chunk, which is compared when it is read: a piece that was exchanged for another is noticed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ from ..results.result import Column, columns
 from .guard import (
     SEALED,
     SEALS,
-    UNSEALED,
     Hierarchy,
     Seals,
     checked_arrays,
@@ -42,8 +41,8 @@ from .guard import (
 )
 from .wording import OptionError
 
-FORMAT = 4
-"""Format of the stores that this version writes; it reads those of UNSEALED too."""
+FORMAT = 5
+"""Format of the stores that this version writes and reads."""
 
 ATTRIBUTES = "fastaff"
 """Name of the root's attribute that tells all of the job."""
@@ -61,15 +60,15 @@ ATTEMPT = "attempt"
 
 
 class StoreLayout(NamedTuple):
-    """The layout of a store: the number of points, the number in a unit, and the name of their axis."""
+    """The layout of a store: the number of points, the number in a chunk, and the name of their axis."""
 
     number: int
-    unit: int
+    chunk: int
     item: str
 
 
 class Store:
-    """A store of a job, open for reading, or for writing units; `create` makes one, `Store(path)` opens it."""
+    """A store of a job, open for reading, or for writing chunks; `create` makes one, `Store(path)` opens it."""
 
     def __init__(self, path: Any, *, writing: bool = False):
         self.path = Path(path)
@@ -78,59 +77,57 @@ class Store:
         self.root = Hierarchy(self.path, _opened(self.path, "r+" if writing else "r"))
         checked_arrays(self.path, self.root, self.facts)
         self.orbits = int(self.facts["orbits"])
-        self.unit = int(self.facts["unit"])
-        self._seals: Seals | None = None
+        self.chunk = int(self.facts["chunk"])
         self._written: dict[int, dict[str, int]] = {}
-        if SEALED in self.facts:
-            self._seals = Seals(self.root[f"launch/{SEALS}"], self.facts[SEALED])
-            self.root.sealed(self._seals)
+        self._seals = Seals(self.root[f"launch/{SEALS}"], self.facts[SEALED])
+        self.root.sealed(self._seals)
 
     @property
-    def units(self) -> int:
-        """Number of units."""
-        return -(-self.orbits // self.unit)
+    def chunks(self) -> int:
+        """Number of chunks."""
+        return -(-self.orbits // self.chunk)
 
-    def points(self, unit: int) -> slice:
-        """Return the points of a unit."""
-        return slice(unit * self.unit, min((unit + 1) * self.unit, self.orbits))
+    def points(self, chunk: int) -> slice:
+        """Return the points of a chunk."""
+        return slice(chunk * self.chunk, min((chunk + 1) * self.chunk, self.orbits))
 
     def finished(self) -> np.ndarray:
         """Return the state of each point (orbits,): WAITING, ABSENT or DONE."""
         return np.asarray(self.root["launch/finished"][:])
 
-    def state(self, unit: int) -> np.ndarray:
-        """Return the state of each point of a unit."""
-        return np.asarray(self.root["launch/finished"][self.points(unit)])
+    def state(self, chunk: int) -> np.ndarray:
+        """Return the state of each point of a chunk."""
+        return np.asarray(self.root["launch/finished"][self.points(chunk)])
 
-    def chunk(self, analysis: str, name: str, unit: int) -> np.ndarray:
-        """Return the numbers of an array that belong to a unit."""
-        return np.asarray(self.root[f"{analysis}/{name}"][..., self.points(unit)])
+    def part(self, analysis: str, name: str, chunk: int) -> np.ndarray:
+        """Return the numbers of an array that belong to a chunk."""
+        return np.asarray(self.root[f"{analysis}/{name}"][..., self.points(chunk)])
 
-    def write(self, unit: int, z0: np.ndarray, place: np.ndarray, results: Mapping[str, Any]) -> None:
-        """Write the orbits of a unit: z0 (2n, orbits), their numbers within it, and results by the name of the
+    def write(self, chunk: int, z0: np.ndarray, place: np.ndarray, results: Mapping[str, Any]) -> None:
+        """Write the orbits of a chunk: z0 (2n, orbits), their numbers within it, and results by the name of the
         analysis. Written again they have the same bytes.
         """
-        self._unseal(unit)
-        points = self.points(unit)
+        self._unseal(chunk)
+        points = self.points(chunk)
         count = points.stop - points.start
-        written = [self._put("launch", "z0", unit, _spread(z0, place, count))]
+        written = [self._put("launch", "z0", chunk, _spread(z0, place, count))]
         for analysis, result in results.items():
             content, found = laid_out(result)
             if content != self.facts["contents"][analysis]:
-                raise ValueError(f"unit {unit} of {analysis} does not belong to this store: it has other settings")
+                raise ValueError(f"chunk {chunk} of {analysis} does not belong to this store: it has other settings")
             for column in found:
-                written.append(self._put(analysis, column.name, unit, _spread(column.value, place, count)))
+                written.append(self._put(analysis, column.name, chunk, _spread(column.value, place, count)))
             first = _spread(np.zeros(place.size, np.int16), place, count)
-            written.append(self._put(analysis, ATTEMPT, unit, first))
+            written.append(self._put(analysis, ATTEMPT, chunk, first))
         _on_disk(written)
 
-    def start(self, unit: int, z0: np.ndarray) -> None:
-        """Write the starts (2n, orbits) of a unit, before anything of it is computed."""
-        written = [self._put("launch", "z0", unit, z0)]
-        _on_disk([*written, *self._sealed(unit)])
+    def start(self, chunk: int, z0: np.ndarray) -> None:
+        """Write the starts (2n, orbits) of a chunk, before anything of it is computed."""
+        written = [self._put("launch", "z0", chunk, z0)]
+        _on_disk([*written, *self._sealed(chunk)])
 
-    def amend(self, unit: int, analysis: str, rows: np.ndarray, result: Any, attempt: int) -> None:
-        """Write the result of some orbits of a unit, by their numbers within it, over that of earlier attempts; its
+    def amend(self, chunk: int, analysis: str, rows: np.ndarray, result: Any, attempt: int) -> None:
+        """Write the result of some orbits of a chunk, by their numbers within it, over that of earlier attempts; its
         missing entries become empty.
         """
         found = {column.name: column.value for column in columns(result)}
@@ -138,59 +135,52 @@ class Store:
         written = []
         for name, array in self.root[analysis].arrays():
             if has_items(array):
-                whole = self.chunk(analysis, name, unit)
+                whole = self.part(analysis, name, chunk)
                 whole[..., rows] = found.get(name, _empty(whole.dtype))
-                written.append(self._put(analysis, name, unit, whole))
+                written.append(self._put(analysis, name, chunk, whole))
         _on_disk(written)
 
-    def finish(self, unit: int, place: np.ndarray) -> None:
-        """Mark a unit as finished, with these orbits and no others; called when all else is on the disk."""
-        points = self.points(unit)
+    def finish(self, chunk: int, place: np.ndarray) -> None:
+        """Mark a chunk as finished, with these orbits and no others; called when all else is on the disk."""
+        points = self.points(chunk)
         done = np.full(points.stop - points.start, ABSENT, np.int8)
         done[place] = DONE
-        self._note("launch/finished", unit, done)
-        _on_disk(self._sealed(unit))
-        _on_disk([self._put("launch", "finished", unit, done)])
+        self._note("launch/finished", chunk, done)
+        _on_disk(self._sealed(chunk))
+        _on_disk([self._put("launch", "finished", chunk, done)])
 
-    def forget(self, unit: int) -> None:
-        """Mark a unit as not finished, before it is changed; its chunks must be what was written there."""
-        self.verify(range(unit, unit + 1))
-        points = self.points(unit)
-        kept = {} if self._seals is None else self._seals.of(unit)
-        _on_disk([self._put("launch", "finished", unit, np.full(points.stop - points.start, WAITING, np.int8))])
-        self._unseal(unit)
-        self._written[unit] = kept
+    def forget(self, chunk: int) -> None:
+        """Mark a chunk as not finished, before it is changed; its pieces must be what was written there."""
+        self.verify(range(chunk, chunk + 1))
+        points = self.points(chunk)
+        kept = self._seals.of(chunk)
+        _on_disk([self._put("launch", "finished", chunk, np.full(points.stop - points.start, WAITING, np.int8))])
+        self._unseal(chunk)
+        self._written[chunk] = kept
 
-    def verify(self, units: range | None = None) -> None:
-        """Refuse a store if a chunk of a finished unit, of all or some of them, is not what was written there."""
-        if self._seals is None:
-            return
-        chosen = range(self.units) if units is None else units
+    def verify(self, chunks: range | None = None) -> None:
+        """Refuse a store if a piece of a finished chunk, of all or some of them, is not what was written there."""
+        chosen = range(self.chunks) if chunks is None else chunks
         for _, array in sealed_arrays(self.root, self.facts):
             array.verify(chosen)
 
-    def _note(self, name: str, unit: int, value: np.ndarray) -> None:
-        """Keep the seal of a chunk, to be written with the others of its unit."""
-        if self._seals is not None:
-            self._written.setdefault(unit, {})[name] = seal(name, unit, value)
+    def _note(self, name: str, chunk: int, value: np.ndarray) -> None:
+        """Keep the seal of a piece, to be written with the others of its chunk."""
+        self._written.setdefault(chunk, {})[name] = seal(name, chunk, value)
 
-    def _sealed(self, unit: int) -> list[Path]:
-        """Write the seals of a unit's chunks, which are on the disk; return their file."""
-        if self._seals is None:
-            return []
-        self._seals.keep(unit, self._written.pop(unit))
-        return [self._seals.file(unit)]
+    def _sealed(self, chunk: int) -> list[Path]:
+        """Write the seals of a chunk's pieces, which are on the disk; return their file."""
+        self._seals.keep(chunk, self._written.pop(chunk))
+        return [self._seals.file(chunk)]
 
-    def _unseal(self, unit: int) -> None:
-        """Take the seals from chunks of a unit that are going to be written, all but those of its starts, which stay
+    def _unseal(self, chunk: int) -> None:
+        """Take the seals from pieces of a chunk that are going to be written, all but those of its starts, which stay
         the same.
         """
-        if self._seals is None:
-            return
-        kept = self._seals.of(unit)
+        kept = self._seals.of(chunk)
         if kept.keys() - {"launch/z0"}:
-            self._seals.keep(unit, {name: number for name, number in kept.items() if name == "launch/z0"})
-            _on_disk([self._seals.file(unit)])
+            self._seals.keep(chunk, {name: number for name, number in kept.items() if name == "launch/z0"})
+            _on_disk([self._seals.file(chunk)])
 
     def read(self, analysis: str, points: slice | None = None, **given: Any) -> Any:
         """Return the result of the finished orbits, all or those between some points; given: values of your own
@@ -198,12 +188,12 @@ class Store:
         """
         part = points or slice(0, self.orbits)
         there = self.root["launch/finished"][part] == DONE
-        units = np.unique((part.start + np.flatnonzero(there)) // self.unit)
+        chunks = np.unique((part.start + np.flatnonzero(there)) // self.chunk)
         arrays = {}
         for name, array in self.root[analysis].arrays():
             if has_items(array):
-                if absent := array.lacks(units):
-                    raise OptionError(f"{self.path} is damaged: {analysis}/{name} of unit {absent[0]} is not there")
+                if absent := array.lacks(chunks):
+                    raise OptionError(f"{self.path} is damaged: {analysis}/{name} of chunk {absent[0]} is not there")
                 arrays[name] = np.ascontiguousarray(array[..., points or slice(None)][..., there])
             else:
                 arrays[name] = array[...]
@@ -223,15 +213,15 @@ class Store:
             os.chmod(fresh, path.stat().st_mode)
             os.replace(fresh, path)
 
-    def _put(self, group: str, name: str, unit: int, value: np.ndarray) -> Path:
-        """Write a chunk and return its path."""
+    def _put(self, group: str, name: str, chunk: int, value: np.ndarray) -> Path:
+        """Write a piece and return its path."""
         array = self.root[f"{group}/{name}"]
-        file: Path = array.file(unit)
+        file: Path = array.file(chunk)
         self._stays()
         if name != "finished":
-            self._note(f"{group}/{name}", unit, np.asarray(value, array.dtype))
+            self._note(f"{group}/{name}", chunk, np.asarray(value, array.dtype))
         try:
-            array[..., self.points(unit)] = value
+            array[..., self.points(chunk)] = value
         except OSError as problem:
             self._stays(file)
             if problem.errno is not None and problem.filename is None:
@@ -241,7 +231,7 @@ class Store:
         return file
 
     def _stays(self, written: Path | None = None) -> None:
-        """Refuse to write if the store is no more; remove the folders that a chunk has made there."""
+        """Refuse to write if the store is no more; remove the folders that a piece has made there."""
         if _folder(self.path) == self._folder:
             return
         if written is not None and not is_store(self.path):
@@ -267,9 +257,9 @@ def create(
     overwrite: bool,
     prepared: Callable[[Store], Any] | None = None,
 ) -> Store:
-    """Make a store with no unit finished: complete under another name, then moved to its place.
+    """Make a store with no chunk finished: complete under another name, then moved to its place.
 
-    facts: its root's record, with `orbits` and `unit`; template: results of a few orbits by the name of the analysis;
+    facts: its root's record, with `orbits` and `chunk`; template: results of a few orbits by the name of the analysis;
     names: of the rows of z0; prepared: called with the store before it is at its place. Raises FileExistsError if the
     path exists; with `overwrite` a store of fastaff is replaced; it stays if that fails.
     """
@@ -281,7 +271,7 @@ def create(
     with draft(path.parent, of_files=True) as fresh:
         root = _zarr().open_group(str(fresh), mode="w", zarr_format=3)
         items = {entry.axes[-1] for result in template.values() for entry in columns(result)}
-        layout = StoreLayout(facts["orbits"], facts["unit"], items.pop())
+        layout = StoreLayout(facts["orbits"], facts["chunk"], items.pop())
         launch = root.create_group("launch")
         sealed = ["launch/z0", "launch/finished"]
         _array(launch, "z0", np.float64, (len(names),), ("coordinate",), layout)
@@ -294,7 +284,7 @@ def create(
             _fill(group, result, found, layout)
             _array(group, ATTEMPT, np.int16, (), (), layout)
             sealed += [f"{analysis}/{name}" for name in (*(column.name for column in found), ATTEMPT)]
-        _seals(launch, len(sealed), -(-layout.number // layout.unit))
+        _seals(launch, len(sealed), -(-layout.number // layout.chunk))
         told = {"format": FORMAT, **facts, "contents": contents, SEALED: sealed}
         root.attrs.update({"title": "orbits of fastaff", "job": facts["job"], ATTRIBUTES: json.dumps(told)})
         with warnings.catch_warnings():
@@ -377,8 +367,8 @@ def facts_of(path: Path) -> dict[str, Any]:
         raise OptionError(f"{path} must be a store of a fastaff job: it has none of its attributes")
     facts = _told(path)
     version = facts.get("format") if isinstance(facts, dict) else None
-    if type(version) is not int or version not in (FORMAT, UNSEALED):
-        raise OptionError(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT} and {UNSEALED}")
+    if type(version) is not int or version != FORMAT:
+        raise OptionError(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT}")
     checked_root(path, facts)
     return facts
 
@@ -454,7 +444,7 @@ def _array(
     group.create_array(
         name,
         shape=(*shape, layout.number),
-        chunks=(*(max(1, n) for n in shape), layout.unit),
+        chunks=(*(max(1, n) for n in shape), layout.chunk),
         dtype=dtype,
         fill_value=_empty(np.dtype(dtype)),
         compressors=_compressors(),
@@ -463,15 +453,15 @@ def _array(
     )
 
 
-def _seals(launch: Any, arrays: int, units: int) -> None:
+def _seals(launch: Any, arrays: int, chunks: int) -> None:
     launch.create_array(
         SEALS,
-        shape=(arrays, units),
+        shape=(arrays, chunks),
         chunks=(arrays, 1),
         dtype=np.uint64,
         fill_value=0,
         compressors=_compressors(),
-        dimension_names=("array", "unit"),
+        dimension_names=("array", "chunk"),
     )
 
 

@@ -1,4 +1,4 @@
-"""The system and its energy surface: the tables [model] and [surface] of a job, options of the commands."""
+"""The system and its energy surface: the tables [model] and [energy_surface] of a job, options of the commands."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ..engine.kinds import OPTIONS, TERMS
 from ..runs.requirements import check_given
 from ..sections.energy_limits import may_escape
 from ..systems import models
-from ..systems.formulas.flow_text import flow
-from ..systems.formulas.formula import formula, hamiltonian
+from ..systems.formulas.formula import affine_body, hamiltonian
+from ..systems.formulas.iterated_map import iterated_map
 from ..systems.formulas.library import Request
 from ..systems.formulas.map_source import MapRequest
-from ..systems.formulas.mapping import mapping
 from ..systems.formulas.number import number
+from ..systems.formulas.ode import ode
 from ..systems.formulas.section_text import canonical, section_forms, section_named
 from ..systems.formulas.systems import SYSTEMS as NAMED
 from ..systems.models.mechanics import System
@@ -51,15 +51,15 @@ SYSTEMS = {re.sub(r"(?<=.)(?=[A-Z])", "-", name).lower(): name for name in ("Dou
 OWN = (*MODELS, *MAPS, *SYSTEMS)
 """All models by name."""
 
-RATES = (*OPTIONS, "period")
+RATES = (*OPTIONS, "drive_period")
 """Options of a Hamiltonian that are numbers or formulas."""
 
-LOSING = ("flow", *(name for name, term in OPTIONS.items() if "loss" in TERMS[term].words))
+LOSING = ("ode", *(name for name, term in OPTIONS.items() if "loss" in TERMS[term].words))
 """Options of systems that keep no energy."""
 
 _LOSING = " and ".join(f"{{{name}}}" for name in LOSING)
 
-RESERVED = ("mu", "domain", "coordinates", "momenta", "periods", "masses", "vector_potential", *RATES)
+RESERVED = ("mu", "domain", "coordinates", "momenta", "periodic", "masses", "vector_potential", *RATES)
 """Names that no parameter of a formula has."""
 
 
@@ -90,7 +90,7 @@ class Model:
     """
     map: str | None = None
     """Map of your own, such as `p1 = p + K*sin(x); x1 = x + p1`."""
-    angles: list[str] | None = None
+    periodic: list[str] | None = None
     """NAME=PERIOD of a variable of --map that winds, or a coordinate of --hamiltonian that is an angle, such as
     `x=2*pi`; once for each.
     """
@@ -108,13 +108,13 @@ class Model:
     """
     friction: str | None = None
     """Rate at which --hamiltonian loses its momenta, a number or a formula of the parameters."""
-    flow: str | None = None
+    ode: str | None = None
     """Equations of motion of your own, such as `x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z`."""
     parameter: list[str] | None = None
     """NAME=VALUE of a letter in the formula, or of a map; once for each."""
     domain: str | None = None
     """Formula that is positive where the potential lives. [from logarithms, roots and poles]"""
-    period: str | None = None
+    drive_period: str | None = None
     """Period in the time t of --hamiltonian, a number or a formula of the parameters such as `2*pi/w`: a driven system.
     """
     mu: float = 1.0
@@ -123,15 +123,15 @@ class Model:
     def build(self) -> Any:
         """Return the model, refusing parameters that it does not have."""
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
-        if self.angles is not None and self.map is None and self.hamiltonian is None and self.flow is None:
-            raise OptionError.of("{angles} belongs to {map}, {hamiltonian} or {flow}")
+        if self.periodic is not None and self.map is None and self.hamiltonian is None and self.ode is None:
+            raise OptionError.of("{periodic} belongs to {map}, {hamiltonian} or {ode}")
         if any(entry is not None for entry in self._texts):
             return self._own(given)
         key = named(option("model"), self.model or "neo-hookean", OWN)
         letters = ("parameter",) if key in MODELS else ()
         for name in ("coordinates", "momenta", "vector_potential", "domain", *RATES, *letters):
             if getattr(self, name) is not None:
-                raise OptionError.of("{it} belongs to {formula}, {hamiltonian}, {map} or {flow}", it=option(name))
+                raise OptionError.of("{it} belongs to {formula}, {hamiltonian}, {map} or {ode}", it=option(name))
         if key not in MODELS:
             return self._by_parameters(key, given)
         kind, names = MODELS[key]
@@ -146,7 +146,7 @@ class Model:
     @property
     def _texts(self) -> tuple[str | None, ...]:
         """The texts that stand for a system of one's own."""
-        return self.formula, self.hamiltonian, self.map, self.flow
+        return self.formula, self.hamiltonian, self.map, self.ode
 
     def canonical(self) -> Model:
         """Return the same with the model's name as it is written here."""
@@ -184,15 +184,15 @@ class Model:
             text = "{it} belongs to a {model}; a formula takes {parameter} {name}={value:g}"
             raise OptionError.of(text, it=option(name), name=name, value=given[name])
         if sum(entry is not None for entry in (self.model, *self._texts)) > 1:
-            raise OptionError.of("give one of {model}, {formula}, {hamiltonian}, {map} and {flow}")
+            raise OptionError.of("give one of {model}, {formula}, {hamiltonian}, {map} and {ode}")
         values = self._values()
         if self.formula is not None and self.coordinates is not None:
             raise OptionError.of(
                 "{coordinates} belongs to {hamiltonian}; a {formula} is in D1, D2, alpha, beta, r, vartheta, ..."
             )
-        if self.flow is not None and self.coordinates is not None:
+        if self.ode is not None and self.coordinates is not None:
             raise OptionError.of(
-                "{coordinates} belongs to {hamiltonian}; the variables of {flow} are those of its equations"
+                "{coordinates} belongs to {hamiltonian}; the variables of {ode} are those of its equations"
             )
         for name in (*RATES, "momenta", "vector_potential"):
             if self.hamiltonian is None and getattr(self, name) is not None:
@@ -206,7 +206,7 @@ class Model:
         try:
             return self._made(values)
         except ValueError as problem:
-            own = next(name for name in ("formula", "hamiltonian", "map", "flow") if getattr(self, name) is not None)
+            own = next(name for name in ("formula", "hamiltonian", "map", "ode") if getattr(self, name) is not None)
             said = str(problem)
             if said.startswith(("text:", "text,", "text must")):
                 said = option(own) + said.removeprefix("text")
@@ -214,8 +214,10 @@ class Model:
                 said = respelled(said, ("coordinates", "momenta"))
             elif said.startswith("vector_potential"):
                 said = option("vector_potential") + said.removeprefix("vector_potential")
-            elif own in ("hamiltonian", "flow") and said.startswith("periods"):
-                said = option("angles") + said.removeprefix("periods")
+            elif own in ("hamiltonian", "ode") and said.startswith("periodic"):
+                said = option("periodic") + said.removeprefix("periodic")
+            elif said.startswith("drive_period"):
+                said = option("drive_period") + said.removeprefix("drive_period")
             if "unknown name" in said:
                 said += f"; {option('parameter')} gives a parameter, NAME=VALUE"
                 said += f", and {option('coordinates')} names the coordinates" if own == "hamiltonian" else ""
@@ -223,19 +225,24 @@ class Model:
 
     def _made(self, values: dict[str, Any]) -> Any:
         """Return the model of the formula with its parameters."""
-        periods = dict(pairs(option("angles"), self.angles or (), "PERIOD")) or None
-        if self.flow is not None:
-            return flow(self.flow, domain=self.domain, periods=periods, **values)
+        periodic = dict(pairs(option("periodic"), self.periodic or (), "PERIOD")) or None
+        if self.ode is not None:
+            return ode(self.ode, domain=self.domain, periodic=periodic, **values)
         if self.map is not None:
-            how: dict[str, Any] = {"coordinates": self.coordinates, "periods": periods, "domain": self.domain, **values}
-            return mapping(self.map, **how)
+            how: dict[str, Any] = {
+                "coordinates": self.coordinates,
+                "periodic": periodic,
+                "domain": self.domain,
+                **values,
+            }
+            return iterated_map(self.map, **how)
         if self.formula is None:
             own: dict[str, Any] = {name: _rate(getattr(self, name)) for name in RATES}
             fields = dict(pairs(option("vector_potential"), self.vector_potential or (), "FORMULA")) or None
-            own |= {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periods": periods}
+            own |= {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periodic": periodic}
             own["vector_potential"] = fields
             return hamiltonian(self.hamiltonian, domain=self.domain, **own, **values)
-        return formula(self.formula, mu=self.mu, domain=self.domain, **values)
+        return affine_body(self.formula, mu=self.mu, domain=self.domain, **values)
 
 
 def _rate(text: str | None) -> float | str | None:
@@ -247,7 +254,7 @@ def _rate(text: str | None) -> float | str | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface:
+class EnergySurface:
     """Where the orbits live."""
 
     energy: float | None = None
@@ -297,7 +304,7 @@ class Surface:
         text = self.section or own.replace("=c", "=0")
         return section_named(text, system, int(self.direction), argument=option("section"))
 
-    def canonical(self) -> Surface:
+    def canonical(self) -> EnergySurface:
         """Return the same with the section as it is written here."""
         return self if self.section is None else replace(self, section=canonical(self.section))
 
@@ -319,31 +326,33 @@ def described(system: System) -> Model | None:
         domain = getattr(inner, "domain", None)
         if system.iterated:
             rows = (*system.model.coordinates, *system.model.momenta)
-            angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*system.model._request).periods) if text]
-            more: dict[str, Any] = {"angles": angles or None, "parameter": parameter, "domain": domain}
+            periodic = [
+                f"{name}={text}" for name, text in zip(rows, MapRequest(*system.model._request).periods) if text
+            ]
+            more: dict[str, Any] = {"periodic": periodic or None, "parameter": parameter, "domain": domain}
             found = Model(map=text, coordinates=" ".join(system.model.coordinates), **more)
         elif not system.canonical:
             turns = () if made is None else zip(made.coordinates, made.periods)
-            angles = [f"{name}={text}" for name, text in turns if text]
-            found = Model(flow=text, parameter=parameter, domain=domain, angles=angles or None)
+            periodic = [f"{name}={text}" for name, text in turns if text]
+            found = Model(ode=text, parameter=parameter, domain=domain, periodic=periodic or None)
         elif inner is not system.model:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         elif made is not None:
             coordinates = " ".join(system.model.coordinates[: system.moving])
-            period = None
+            drive_period = None
             if system.driven:
                 said = fields.pop("period", None)
-                period = made.period if said is None else repr(said)
+                drive_period = made.period if said is None else repr(said)
                 parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
-            angles = [f"{name}={text}" for name, text in zip(made.coordinates, made.periods) if text]
+            periodic = [f"{name}={text}" for name, text in zip(made.coordinates, made.periods) if text]
             found = Model(
                 hamiltonian=text,
                 momenta=" ".join(made.momenta) or None,
-                angles=angles or None,
+                periodic=periodic or None,
                 coordinates=coordinates,
                 parameter=parameter,
                 domain=domain,
-                period=period,
+                drive_period=drive_period,
                 **rates,
             )
     else:

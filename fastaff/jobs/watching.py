@@ -1,4 +1,4 @@
-"""Progress of a running job: its report, its log of units, and units in the hands of an executor."""
+"""Progress of a running job: its callbacks, its log of chunks, and chunks in the hands of an executor."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .chunks import LOG, Chunk, compute_chunk
 from .store import Store
-from .units import LOG, Unit, compute_unit
 
 PENDING = 256
-"""Units that an executor is handed at a time."""
+"""Chunks that an executor is handed at a time."""
 
 
 class Progress(NamedTuple):
     """Progress of a job: finished orbits and all, seconds since it began or went on, orbits per second and crossings
     per second of this run, seconds left, and counts of statuses so far by analysis.
 
-    As text it is one line: ``watch=lambda progress, unit: print(progress, end="\\r")`` shows it, in notebooks too.
+    As text it is one line: ``on_chunk=lambda progress, chunk: print(progress, end="\\r")`` shows it, in notebooks too.
     """
 
     orbits: int
@@ -44,13 +44,13 @@ class Progress(NamedTuple):
 
 
 class Watched:
-    """The reports of a running job, and the outcomes of its units."""
+    """The callbacks of a running job, and the outcomes of its chunks."""
 
-    def __init__(self, store: Store, units: int, report: Any, watch: Any):
+    def __init__(self, store: Store, chunks: int, callback: Any, on_chunk: Any):
         self.store = store
-        self.report = report
-        self.watch = watch
-        self.units = units
+        self.callback = callback
+        self.on_chunk = on_chunk
+        self.chunks = chunks
         self.done = 0
         self.before = int(np.count_nonzero(store.finished() >= 0))
         self.start = clock.perf_counter()
@@ -65,10 +65,10 @@ class Watched:
             yield
 
     def within(self, fraction: float) -> None:
-        if self.report is not None:
-            self.report((self.done + fraction) / max(self.units, 1))
+        if self.callback is not None:
+            self.callback((self.done + fraction) / max(self.chunks, 1))
 
-    def add(self, found: Unit) -> None:
+    def add(self, found: Chunk) -> None:
         self.file.write(json.dumps(found._asdict()) + "\n")
         self.file.flush()
         self.done += 1
@@ -84,26 +84,26 @@ class Watched:
         finished = self.before + self.points
         all_ = self.store.orbits
         left = (all_ - finished) / rate
-        if self.watch is not None:
+        if self.on_chunk is not None:
             crossings = self.crossings / max(seconds, 1e-9)
-            self.watch(Progress(finished, all_, seconds, rate, crossings, left, self.statuses), found)
-        if self.report is not None:
-            self.report(self.done / self.units)
+            self.on_chunk(Progress(finished, all_, seconds, rate, crossings, left, self.statuses), found)
+        if self.callback is not None:
+            self.callback(self.done / self.chunks)
 
 
 def submitted(executor: Any, path: Path, todo: np.ndarray, threads: int, own: dict[str, Any], state: Watched) -> None:
-    """Hand units to an executor, some at a time, and wait for all; the first failure is raised when none is lost."""
+    """Hand chunks to an executor, some at a time, and wait for all; the first failure is raised when none is lost."""
     waiting = [int(number) for number in todo][::-1]
     pending: list[Any] = []
     try:
         while waiting or pending:
             while waiting and len(pending) < PENDING:
                 number = waiting.pop()
-                pending.append(executor.submit(compute_unit, str(path.absolute()), number, threads, own or None))
+                pending.append(executor.submit(compute_chunk, str(path.absolute()), number, threads, own or None))
             ready = [future for future in pending if future.done()]
             for future in ready:
                 pending.remove(future)
-                state.add(Unit(*future.result()))
+                state.add(Chunk(*future.result()))
             if not ready:
                 clock.sleep(0.02)
     finally:

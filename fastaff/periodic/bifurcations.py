@@ -19,7 +19,7 @@ NEAR = 1e-10
 """Product at which the search for the zero ends, as nearer to it z is undetermined."""
 
 SAFETY = 4.0
-"""Factor of the error of a value over its changes by another step and a closer correction."""
+"""Factor of the error of a parameter over its changes by another step and a closer correction."""
 
 CLOSER = 0.01
 """Tolerance of the closer correction."""
@@ -28,15 +28,16 @@ CLOSER = 0.01
 class Event(IntEnum):
     """Event at a point of a branch where the stability changes.
 
-    FOLD: the energy or parameter turns back, a residue passes 0; BRANCHING: a residue passes 0 without a turn
-    (pitchfork, transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off; TORUS: a
-    complex pair of multipliers of a system without pairs of exponents passes the unit circle (Neimark-Sacker).
+    FOLD: the energy or parameter turns back, a residue passes 0; BRANCH_POINT: a residue passes 0 without a turn
+    (pitchfork, transcritical); PERIOD_DOUBLING: a residue passes 1, an orbit of twice the period branches off;
+    NEIMARK_SACKER: a complex pair of multipliers passes the unit circle, in a system whose multipliers have no pairs of
+    product 1; an invariant torus branches off.
     """
 
     FOLD = 0
-    BRANCHING = 1
-    DOUBLING = 2
-    TORUS = 3
+    BRANCH_POINT = 1
+    PERIOD_DOUBLING = 2
+    NEIMARK_SACKER = 3
 
 
 @dataclass(frozen=True)
@@ -44,24 +45,24 @@ class Bifurcation(Result, axis=None):
     """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in
     time.
 
-    error: of the value: half of the interval in which the change was found, or the rest of the product over its slope,
-    and the changes with half the step and a closer correction. swing (2n,) as of a `Branch`.
+    error: of the parameter: half of the interval in which the change was found, or the rest of the product over its
+    slope, and the changes with half the step and a closer correction. amplitude (2n,) as of a `Branch`.
     """
 
     event: Event
     arclength: float
-    value: float
+    parameter: float
     z: Annotated[np.ndarray, along("coordinate")]
-    time: float
+    period: float
     error: float
-    swing: Annotated[np.ndarray | None, along("coordinate")] = None
+    amplitude: Annotated[np.ndarray | None, along("coordinate")] = None
 
 
 def residue_products(orbits: PeriodicOrbits) -> np.ndarray:
     """Return the products (orbits, 2) of the residues and of 1 - residue; for multipliers without pairs, the products
     of (1 - multiplier)/2, of (1 + multiplier)/2, which generalise these, and of 1 - the product of two (orbits, 3).
     """
-    if not orbits.paired:
+    if not orbits.symplectic:
         values = orbits.multipliers
         i, j = np.triu_indices(len(values), 1)
         factors = (1 - values) / 2, (1 + values) / 2, 1 - values[i] * values[j]
@@ -92,13 +93,16 @@ def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: 
             if abs(product) < VANISHING or error > 0.01 * abs(following.u[-1] - last.u[-1]):
                 if kind == 2 and not _complex(family.orbits(point).multipliers[:, 0]):
                     continue
-                event = (Event.FOLD if turned else Event.BRANCHING, Event.DOUBLING, Event.TORUS)[kind]
+                event = (Event.FOLD if turned else Event.BRANCH_POINT, Event.PERIOD_DOUBLING, Event.NEIMARK_SACKER)[
+                    kind
+                ]
                 place = float(arclength[k] + s)
-                value = float(point.u[-1])
-                time = float(point.back.time[0])
+                parameter = float(point.u[-1])
+                period = float(point.back.time[0])
                 z = point.u[: len(orbits.z)]
-                swing = family.swing(point)
-                found.append(Bifurcation(event, place, value, z=z, time=time, error=error, swing=swing))
+                amplitude = family.amplitude(point)
+                at: Any = {"z": z, "period": period, "error": error, "amplitude": amplitude}
+                found.append(Bifurcation(event, place, parameter, **at))
     return sorted(found, key=lambda b: b.arclength)
 
 
@@ -111,7 +115,7 @@ def _sign_change(
     False position with the Illinois rule; where the branch cannot be found at a place, others between the ends are
     tried.
     """
-    reach = family.apart(last.u, following.u)
+    reach = family.distance(last.u, following.u)
     a = 0.0
     b = 1.0
     low = last

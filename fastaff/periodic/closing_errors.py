@@ -25,14 +25,14 @@ ROUNDED = 4e-16
 
 class Errors(NamedTuple):
     """Errors of orbits (orbits,) in own units: change: the error of the return by the scheme; orbit: of the
-    closed orbit and its period in radians; reduced: of the reduced monodromy matrix; and time: the period of the orbit
-    that closes exactly.
+    closed orbit and its period in radians; reduced_monodromy: of that matrix; and period: that of the orbit that closes
+    exactly.
     """
 
     change: np.ndarray
     orbit: np.ndarray
-    reduced: np.ndarray
-    time: np.ndarray
+    reduced_monodromy: np.ndarray
+    period: np.ndarray
 
 
 def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, found: Returns, scale: Scale) -> Errors:

@@ -41,28 +41,28 @@ SHORTEST = 1e-6
 
 
 STOPPED = Status.INTERRUPTED, "stopped by the user before its end"
-"""Status and ending of a branch after Ctrl-C."""
+"""Status and stop reason of a branch after Ctrl-C."""
 
 
 @dataclass(frozen=True)
 class Branch(Result, axis="point"):
     """A family of periodic orbits.
 
-    value (points,): the energy or the parameter; arclength (points,) in the space of z and value, both in the units of
-    the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...);
+    parameter (points,): the energy or the parameter followed; arclength (points,) in the space of z and parameter, both
+    in the units of the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, period, ...);
     bifurcations in the order of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO
     where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed, INTERRUPTED after Ctrl-C;
-    ending: which of these it was, in words. swing (2n, points): of driven systems and of dz/dt = f(z), half of the
-    range of each variable over the orbit, the height of a response curve; else None.
+    stop_reason: which of these it was, in words. amplitude (2n, points): of driven systems and of dz/dt = f(z), half of
+    the range of each variable over the orbit, the height of a response curve; else None.
     """
 
-    value: Annotated[np.ndarray, along("point")]
+    parameter: Annotated[np.ndarray, along("point")]
     arclength: Annotated[np.ndarray, along("point")]
     orbits: Annotated[PeriodicOrbits, along("point")]
     bifurcations: tuple[Bifurcation, ...]
     status: Status
-    ending: str
-    swing: Annotated[np.ndarray | None, along("coordinate", "point", labels="names")] = None
+    stop_reason: str
+    amplitude: Annotated[np.ndarray | None, along("coordinate", "point", labels="names")] = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -71,10 +71,10 @@ class Branch(Result, axis="point"):
 
     def summary(self) -> str:
         """Return one line with the range of the branch and the reason for its end."""
-        if not len(self.value):
-            return self.ending
-        count = f"{len(self.value)} points from {self.value[0]:.6g} to {self.value[-1]:.6g}"
-        return f"{count}, {len(self.bifurcations)} bifurcations; {self.ending}"
+        if not len(self.parameter):
+            return self.stop_reason
+        count = f"{len(self.parameter)} points from {self.parameter[0]:.6g} to {self.parameter[-1]:.6g}"
+        return f"{count}, {len(self.bifurcations)} bifurcations; {self.stop_reason}"
 
 
 @coerces_arguments(section=section_of, scheme=scheme_of)
@@ -84,14 +84,14 @@ def continuation(
     z0: Starts,
     *,
     section: Section | str | None = None,
-    period: int = 1,
+    crossings: int = 1,
     parameter: float | None = None,
     energy: float | None = None,
     bounds: tuple[float, float] = (-np.inf, np.inf),
     direction: int = 1,
-    length: float = 0.01,
-    longest: float = 0.1,
-    steps: int = 100,
+    ds: float = 0.01,
+    ds_max: float = 0.1,
+    max_steps: int = 100,
     max_time: float | None = None,
     tolerance: float = 1e-12,
     step: float | None = None,
@@ -109,7 +109,7 @@ def continuation(
         With a parameter, a function that makes the model from a number, ``lambda C: Body(Hyperelastic(C))``.
     z0 : array (2n,)
         Guess of the first orbit.
-    section, period : as in `periodic_orbits`
+    section, crossings : as in `periodic_orbits`
     parameter : float, optional
         Its first value; None to follow the energy.
     energy : float, energy, optional
@@ -118,10 +118,11 @@ def continuation(
         Bounds of the energy or parameter, where the branch ends.
     direction : {1, -1}, default 1
         Sign of the first change of the energy or parameter.
-    length, longest : float, default 0.01 and 0.1
-        First and longest step of arclength in (z, value), z in the first orbit's amplitudes (`PeriodicOrbits.scale`),
-        the value in its kinetic energy, or in the change of the parameter that moves its return by an amplitude.
-    steps : int, default 100
+    ds, ds_max : float, default 0.01 and 0.1
+        First and largest step of arclength in (z, parameter), z in the first orbit's amplitudes
+        (`PeriodicOrbits.scale`), the energy in its kinetic energy, the parameter in the change that moves its return by
+        an amplitude.
+    max_steps : int, default 100
         Largest number of points beside the first.
     max_time, tolerance : as in `periodic_orbits`
     step, scheme, rtol, atol, threads : as in `integrate`
@@ -150,9 +151,9 @@ def continuation(
     arclength by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two
     points, is not seen. For limit cycles of dz/dt = f(z), followed in a parameter, products of (1 - m)/2 and (1 + m)/2
     over the multipliers m take their place, beside that of 1 - m m' over two of them, which passes 0 where a complex
-    pair passes the unit circle: a torus is born. In systems with an energy a pair that leaves the circle shows in
-    `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors for each
-    point (9 with a parameter), of one orbit at a time.
+    pair passes the unit circle: a Neimark-Sacker bifurcation. In systems with an energy a pair that leaves the circle
+    shows in `stability` alone. At a branch point the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors
+    for each point (9 with a parameter), of one orbit at a time.
 
     References
     ----------
@@ -162,10 +163,10 @@ def continuation(
     Examples
     --------
     >>> family = fa.continuation(
-    ...     fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, steps=2, max_time=20.0
+    ...     fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, max_steps=2, max_time=20.0
     ... )
     >>> print(family.summary())
-    3 points from 0.1 to 0.101885, 0 bifurcations; ended after its 2 steps: more (steps=) or longer (longest=) go on
+    3 points from 0.1 to 0.101885, 0 bifurcations; ended after its 2 steps: increase max_steps or ds_max to go further
     """
     make, first_model = _family(model, parameter)
     section = section_of(section, first_model)
@@ -176,18 +177,18 @@ def continuation(
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)
-    longest = positive("longest", longest)
+    ds_max = positive("ds_max", ds_max)
     tolerance = positive("tolerance", tolerance)
-    length = min(positive("length", length), longest)
-    steps = whole("steps", steps, 1)
-    period = whole("period", period, 1)
+    ds = min(positive("ds", ds), ds_max)
+    max_steps = whole("max_steps", max_steps, 1)
+    crossings = whole("crossings", crossings, 1)
     limit = None if max_time is None else positive("max_time", max_time)
     none = no_orbits(system, section, scheme)
-    (status, ending) = STOPPED
-    empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
+    (status, reason) = STOPPED
+    empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, stop_reason=reason)
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     with partial_result_on_interrupt("continuation", lambda: empty):
-        cut: Any = {"section": section, "period": period, "max_time": max_time}
+        cut: Any = {"section": section, "crossings": crossings, "max_time": max_time}
         first = periodic_orbits(first_model, z0, energy=energy, tolerance=tolerance, **cut, **how)
         if first.status.size != 1 or first.status[0] != Status.OK:
             raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
@@ -202,16 +203,16 @@ def continuation(
         scale = orbit_scale(system, z, first.energy, flow.threads)
         first_flow = flow if flow.adaptive or section is None else replace(flow, step=first.step)
         returns = np.moveaxis(first.points, (0, 1, 2), (2, 1, 0))
-        scale = closed_scale(first_flow, z, returns, first.time, scale)
+        scale = closed_scale(first_flow, z, returns, first.period, scale)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept = None if parameter is None else float(first.energy[0])
-        wait = LONGER * first.time[0]
+        wait = LONGER * first.period[0]
         more: Any = {"own_step": own, "units": units, "wait": wait}
-        family = Family(make, flow, surface, section, period, limit, tolerance, kept, **more)
+        family = Family(make, flow, surface, section, crossings, limit, tolerance, kept, **more)
         start = _first_point(family, np.append(z[:, 0], value), scale, first.step[0])
     points = [_turned(start, direction)]
     with partial_result_on_interrupt("continuation", lambda: _branch(family, points, *STOPPED)):
-        branch = _branch(family, points, *_follow(family, points, length, longest, steps, (low, high)))
+        branch = _branch(family, points, *_follow(family, points, ds, ds_max, max_steps, (low, high)))
         return replace(branch, bifurcations=tuple(bifurcations(family, points, branch.arclength, branch.orbits)))
 
 
@@ -225,15 +226,15 @@ def _first_point(family: Family, u: np.ndarray, scale: Scale, step: float) -> Po
     return start
 
 
-def _branch(family: Family, points: list[Point], status: Status, ending: str) -> Branch:
+def _branch(family: Family, points: list[Point], status: Status, reason: str) -> Branch:
     """Return the branch of the points found so far, without its bifurcations."""
     orbits = PeriodicOrbits.concat([family.orbits(p) for p in points])
     values = np.array([p.u[-1] for p in points])
-    arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
-    swings = [family.swing(p) for p in points]
-    swing = None if swings[0] is None else np.array(swings).T
-    whole: Any = {"value": values, "arclength": arclength, "orbits": orbits, "swing": swing}
-    return Branch(**whole, bifurcations=(), status=status, ending=ending)
+    arclength = np.concatenate([[0.0], np.cumsum([family.distance(a.u, b.u) for a, b in pairwise(points)])])
+    heights = [family.amplitude(p) for p in points]
+    amplitude = None if heights[0] is None else np.array(heights).T
+    whole: Any = {"parameter": values, "arclength": arclength, "orbits": orbits, "amplitude": amplitude}
+    return Branch(**whole, bifurcations=(), status=status, stop_reason=reason)
 
 
 def _turned(start: Point, direction: int) -> Point:
@@ -267,28 +268,26 @@ def _reached(first: float, value: float, bounds: tuple[float, float], share: flo
     return max(share, done), f"at {value:.6g}"
 
 
-def _follow(family, points: list[Point], length, longest, steps, bounds) -> tuple[Status, str]:
+def _follow(family, points: list[Point], ds, ds_max, max_steps, bounds) -> tuple[Status, str]:
     """Step along the branch from its first point to its bounds, its number of steps, or the shortest step; add to the
     points. Return the status and the reason for the end in words.
     """
     start = points[0]
     signs = family.products(points[0])[:2]
-    shortest = SHORTEST * length
-    while len(points) <= steps:
+    shortest = SHORTEST * ds
+    while len(points) <= max_steps:
         last = points[-1]
-        tell("continuation", *_reached(start.u[-1], last.u[-1], bounds, (len(points) - 1) / steps))
-        point = family.ahead(last, length)
+        tell("continuation", *_reached(start.u[-1], last.u[-1], bounds, (len(points) - 1) / max_steps))
+        point = family.ahead(last, ds)
         ahead = (
-            family.products(point)[:2]
-            if point is not None and family.follows(last, point, length)
-            else np.full(2, np.nan)
+            family.products(point)[:2] if point is not None and family.follows(last, point, ds) else np.full(2, np.nan)
         )
         if not (np.abs(ahead - signs) <= JUMP * (1 + np.abs(signs))).all():
-            length *= 0.5
-            if length < shortest:
+            ds *= 0.5
+            if ds < shortest:
                 if last.scale.energy[0] < VANISHED * start.scale.energy[0]:
                     return Status.ACTION_ZERO, "ended where the orbits shrink to an equilibrium"
-                return Status.NOT_CONVERGED, f"ended where steps down to {length:.1e} found no further orbit"
+                return Status.NOT_CONVERGED, f"ended where steps down to ds={ds:.1e} found no further orbit"
             continue
         if not bounds[0] <= point.u[-1] <= bounds[1]:
             edge = bounds[0] if point.u[-1] < bounds[0] else bounds[1]
@@ -303,5 +302,5 @@ def _follow(family, points: list[Point], length, longest, steps, bounds) -> tupl
         points.append(point)
         signs = ahead
         if point.corrections <= EASY:
-            length = min(1.5 * length, longest)
-    return Status.OK, f"ended after its {steps} steps: more (steps=) or longer (longest=) go on"
+            ds = min(1.5 * ds, ds_max)
+    return Status.OK, f"ended after its {max_steps} steps: increase max_steps or ds_max to go further"

@@ -54,7 +54,7 @@ UNKNOWN = Errors(*4 * (np.full(1, np.nan),))
 """Errors of a point that is not checked yet."""
 
 PLACES = 128
-"""Places of an orbit at which its coordinates are sampled for their swing."""
+"""Places of an orbit at which its coordinates are sampled for their amplitude."""
 
 FINER = 16
 """Factor by which the Fourier series of these samples is sampled more finely."""
@@ -90,7 +90,7 @@ class Family:
     flow: Flow
     section: Any
     asked: Any
-    period: int
+    crossings: int
     max_time: float | None
     tolerance: float
     energy: float | None
@@ -111,7 +111,7 @@ class Family:
         """Return the energy (1,) that the orbit of a value must have."""
         return np.array([value if self.energy is None else self.energy])
 
-    def apart(self, u: np.ndarray, v: np.ndarray) -> float:
+    def distance(self, u: np.ndarray, v: np.ndarray) -> float:
         """Return the distance of two points of the branch."""
         return float(np.linalg.norm((v - u) / self.units))
 
@@ -119,11 +119,11 @@ class Family:
         """Return the time to wait for a return."""
         if self.max_time is not None:
             return np.array([self.max_time])
-        return np.maximum(WAIT * self.period / scale.rate, self.wait)
+        return np.maximum(WAIT * self.crossings / scale.rate, self.wait)
 
     def returned(self, u: np.ndarray, scale: Scale, step: float) -> Returns:
         """Return the return of the orbit u = (z, value)."""
-        return section_returns(self.at(u[-1], step), self.section, u[:-1, None], self.period, self.limit(scale))
+        return section_returns(self.at(u[-1], step), self.section, u[:-1, None], self.crossings, self.limit(scale))
 
     def shifted(self, u: np.ndarray, back: Returns, scale: Scale, step: float, h: float) -> np.ndarray:
         """Return the derivative (2n,) of the return to the parameter in own units, at the time of the return of u."""
@@ -201,7 +201,7 @@ class Family:
             longer = self.own_step and change[0] < SPARE * goal[0] and not flow.system.driven
             # Past an orbit that was missed, as next to an equilibrium, finer steps are not needed.
             following = step * (COARSER if longer else 1.0) * halved
-            back = point.back._replace(time=errors.time)
+            back = point.back._replace(time=errors.period)
             best = change[0], replace(point, back=back, step=step, following=following, errors=errors)
             if change[0] <= goal[0]:
                 break
@@ -256,7 +256,7 @@ class Family:
 
     def follows(self, last: Point, point: Point, length: float) -> bool:
         """Tell whether `point` is the next one of the branch after `last`, at a distance of about `length`."""
-        return bool(point.tangent @ last.tangent > np.cos(BEND) and self.apart(last.u, point.u) < 1.5 * length)
+        return bool(point.tangent @ last.tangent > np.cos(BEND) and self.distance(last.u, point.u) < 1.5 * length)
 
     def ahead(self, last: Point, length: float) -> Point | None:
         """Return the point of the branch at a distance of `length` along the tangent of the last one."""
@@ -266,9 +266,9 @@ class Family:
         """Return the point at the share s of the cubic through two points with their tangents, and the unit vector
         along it.
 
-        Nearer to the branch than the chord: at a branching a correction cannot tell it from its neighbours.
+        Nearer to the branch than the chord: at a branch point a correction cannot tell it from its neighbours.
         """
-        reach = self.apart(last.u, following.u)
+        reach = self.distance(last.u, following.u)
         first, end = (p.tangent * self.units * reach for p in (last, following))
         chord = following.u - last.u
         bend = 3 * chord - 2 * first - end
@@ -290,12 +290,12 @@ class Family:
             point.scale,
             residual=residual,
             error=point.errors.orbit,
-            reduced_error=point.errors.reduced,
+            reduced_monodromy_error=point.errors.reduced_monodromy,
             iterations=count,
         )
         return replace(found, section=self.asked)
 
-    def swing(self, point: Point) -> np.ndarray | None:
+    def amplitude(self, point: Point) -> np.ndarray | None:
         """Return half of the range of each variable (rows,) of a forced system over a period; None for other systems,
         whose families have an energy for that.
         """
@@ -305,7 +305,7 @@ class Family:
         time = float(point.back.time[0])
         flow = replace(self.at(point.u[-1], point.step), vectors=0).fitted(time, PLACES)
         states = flow.sampled(flow.ensemble(point.u[:-1, None].copy()), PLACES, time=time)[0]
-        if system.driven:  # the time goes on, which is no swing
+        if system.driven:  # the time goes on, which is no motion
             states[:, system.moving] = 0.0
         curve = np.fft.irfft(np.fft.rfft(states, axis=0), FINER * PLACES, axis=0) * FINER
         return ((_highest(curve) + _highest(-curve)) / 2)[: system.rows]
@@ -321,7 +321,9 @@ def _in_units(errors: Errors, scale: Scale, own: Scale) -> Errors:
         ratio = scale.rows / own.rows
         largest = ratio.max(axis=0)
         uneven = ratio.max(axis=0) / ratio.min(axis=0)
-    return errors._replace(orbit=errors.orbit * np.maximum(largest, 1.0), reduced=errors.reduced * uneven)
+    return errors._replace(
+        orbit=errors.orbit * np.maximum(largest, 1.0), reduced_monodromy=errors.reduced_monodromy * uneven
+    )
 
 
 def _highest(curve: np.ndarray) -> np.ndarray:

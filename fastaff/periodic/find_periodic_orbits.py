@@ -1,4 +1,4 @@
-"""All periodic orbits up to a period on a section: guesses from near returns of a section map, then Newton."""
+"""All periodic orbits up to a number of crossings: guesses from close returns of a section map, then Newton."""
 
 from __future__ import annotations
 
@@ -27,16 +27,19 @@ from .periodic_orbits import WAIT, periodic_orbits
 from .return_map import checked_guesses, checked_return
 
 
-def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, apart: float = 0.02) -> np.ndarray:
-    """Return crossings that come back close to themselves after `period` crossings, the closest first.
+def periodic_guesses(
+    section_map: SectionMap, crossings: int, *, max_guesses: int = 100, min_distance: float = 0.02
+) -> np.ndarray:
+    """Return points of a section that come back close to themselves after `crossings` crossings, the closest first.
 
-    :Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: their largest number; apart:
-        the least distance between two of them, as a fraction of the section's size in each coordinate.
+    :Parameters: section_map: a SectionMap of orbits of more than `crossings` crossings; max_guesses: their largest
+        number; min_distance: the least distance between two of them, as a fraction of the section's size in each
+        coordinate.
     :Returns: z (2n, guesses), none where no orbit is long enough.
     :Raises: ValueError or TypeError for wrong input.
 
-    Every crossing of every orbit is compared with its image; among those nearer to each other than `apart` the one of
-    the least displacement is kept: a local minimum of the displacement over the section.
+    Every crossing of every orbit is compared with its image; among those nearer to each other than `min_distance` the
+    one of the least displacement is kept: a local minimum of the displacement over the section.
 
     :Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
 
@@ -50,12 +53,12 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     """
     if not isinstance(section_map, SectionMap):
         raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
-    period = whole("period", period, 1)
-    most = whole("most", most, 1)
-    apart = positive("apart", apart)
+    crossings = whole("crossings", crossings, 1)
+    max_guesses = whole("max_guesses", max_guesses, 1)
+    min_distance = positive("min_distance", min_distance)
     points = section_map.points.transpose(2, 1, 0)
     rows = points.shape[2]
-    if points.shape[1] <= period:
+    if points.shape[1] <= crossings:
         return np.zeros((rows, 0))
     flat = points.reshape(-1, rows)
     size = np.fmax.reduce(flat, axis=0) - np.fmin.reduce(flat, axis=0)
@@ -63,9 +66,9 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     halves = (size,) if rows % 2 else np.split(size, 2)
     kind = np.concatenate([np.full(len(half), np.fmax.reduce(half)) for half in halves])
     scale = np.where(size > np.maximum(1e-12 * kind, 1e-13 * np.fmax.reduce(np.abs(flat), axis=0)), size, np.inf)
-    away = np.linalg.norm((points[:, period:] - points[:, :-period]) / scale, axis=2)
+    away = np.linalg.norm((points[:, crossings:] - points[:, :-crossings]) / scale, axis=2)
     # The best crossings represent an orbit: along a regular orbit the displacement repeats itself.
-    per_orbit = np.argsort(away, axis=1)[:, : max(1, -(-20 * most // len(away)))]
+    per_orbit = np.argsort(away, axis=1)[:, : max(1, -(-20 * max_guesses // len(away)))]
     orbit = np.repeat(np.arange(len(away)), per_orbit.shape[1])
     slot = per_orbit.ravel()
     near = away[orbit, slot]
@@ -74,10 +77,10 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     candidates = points[orbit[order], slot[order]]
     free = np.ones(len(candidates), bool)
     chosen: list[int] = []
-    while free.any() and len(chosen) < most:
+    while free.any() and len(chosen) < max_guesses:
         k = int(np.argmax(free))
         chosen.append(k)
-        free &= np.linalg.norm((candidates - candidates[k]) / scale, axis=1) > apart
+        free &= np.linalg.norm((candidates - candidates[k]) / scale, axis=1) > min_distance
         free[k] = False
     return candidates[chosen].T
 
@@ -89,11 +92,11 @@ def find_periodic_orbits(
     z0: Starts | SectionMap,
     *,
     section: Section | str | None = None,
-    max_period: int,
+    max_crossings: int,
     energy: float | None = None,
-    most: int = 100,
-    apart: float = 0.02,
-    crossings: int | None = None,
+    max_guesses: int = 100,
+    min_distance: float = 0.02,
+    scan_crossings: int | None = None,
     max_time: float | None = None,
     tolerance: float = 1e-12,
     iterations: int = 40,
@@ -103,7 +106,7 @@ def find_periodic_orbits(
     atol: float = 1e-13,
     threads: int | None = None,
 ) -> PeriodicOrbits:
-    """Find the periodic orbits of a section map up to a period, from the near returns of a grid of orbits.
+    """Find the periodic orbits of a section map up to a number of crossings, from close returns of a scan of orbits.
 
     Parameters
     ----------
@@ -112,14 +115,14 @@ def find_periodic_orbits(
     z0 : array (2n, orbits) or `SectionMap`
         Phase points, such as ``energy_grid(...).z0``, or a map of this section.
     section : as in `periodic_orbits`
-    max_period : int, crossings
-        Longest period.
+    max_crossings : int
+        Largest number of crossings of an orbit.
     energy : float, energy, optional
         Energy of all orbits (default: that of each guess).
-    most, apart : as in `periodic_guesses`, for each period
+    max_guesses, min_distance : as in `periodic_guesses`, for each number of crossings
         Default 100, and 0.02.
-    crossings : int, optional
-        Crossings of the grid's orbits (default: max_period + 8).
+    scan_crossings : int, optional
+        Crossings of each orbit from z0, whose close returns are the guesses (default: max_crossings + 8).
     max_time : float, time, optional
         For all of them.
     tolerance, iterations : as in `periodic_orbits`
@@ -128,8 +131,8 @@ def find_periodic_orbits(
     Returns
     -------
     `PeriodicOrbits`
-        One of each orbit found, all OK, of their least periods, the short ones first; on a resonant torus of an
-        integrable model as many of its orbits as there were guesses.
+        One of each orbit found, all OK, over their minimal periods, those of few crossings first; on a resonant torus
+        of an integrable model as many of its orbits as there were guesses.
 
     Raises
     ------
@@ -142,7 +145,8 @@ def find_periodic_orbits(
     -----
     A finer grid makes the search more complete. On one energy surface of two degrees of freedom the fixed
     points of the map and of its powers have a total index, the number with R > 0 less the number with R < 0: it shows
-    how many are missing. Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
+    how many are missing. Cost: that of the map, then of `periodic_orbits` for `max_guesses` guesses of each
+    number of crossings.
 
     References
     ----------
@@ -151,14 +155,14 @@ def find_periodic_orbits(
     Examples
     --------
     >>> starts = np.array([[3.0, 2.8, 2.5], [0.1, 0.0, 0.2]])
-    >>> found = fa.find_periodic_orbits(fa.models.StandardMap(0.9), starts, max_period=1)
+    >>> found = fa.find_periodic_orbits(fa.models.StandardMap(0.9), starts, max_crossings=1)
     >>> found.z.round(9) + 0.0
     array([[3.14159265],
            [0.        ]])
     """
     system = current_system(model)
     scheme = checked_return(system, section, scheme)
-    longest = whole("max_period", max_period, 1)
+    longest = whole("max_crossings", max_crossings, 1)
     tolerance = positive("tolerance", tolerance)
     iterations = whole("iterations", iterations, 1)
     seen = z0 if isinstance(z0, SectionMap) else None
@@ -169,7 +173,7 @@ def find_periodic_orbits(
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     flow, z, _ = checked_guesses(system, starts, energy, Options(**how))
     how["scheme"] = flow.scheme
-    count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
+    count = longest + 8 if scan_crossings is None else whole("scan_crossings", scan_crossings, 2)
     wait = WAIT / typical_rate(system, z) if max_time is None else positive("max_time", max_time) / count
     newton = partial(
         periodic_orbits, model, section=section, energy=energy, tolerance=tolerance, iterations=iterations, **how
@@ -179,9 +183,9 @@ def find_periodic_orbits(
         if seen is None:
             limit = None if section is None or system.driven else wait * count
             seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
-        for period in range(1, longest + 1):
-            tell("find_periodic_orbits", (period - 1) / longest, f"period {period} of {longest}")
-            search.near(periodic_guesses(seen, period, most=most, apart=apart), period)
+        for k in range(1, longest + 1):
+            tell("find_periodic_orbits", (k - 1) / longest, f"{k} of {longest} crossings")
+            search.near(periodic_guesses(seen, k, max_guesses=max_guesses, min_distance=min_distance), k)
         if len(search.found) == 1:
             raise ValueError("z0 has no orbit that returns to the section more than once")
         return search.orbits()
@@ -189,9 +193,9 @@ def find_periodic_orbits(
 
 @dataclass(frozen=True)
 class _PeriodSearch:
-    """Orbits of their least period found so far, the first entry none, and Newton's method, which finds more.
+    """Orbits over their minimal period found so far, the first entry none, and Newton's method, which finds more.
 
-    wait: time for each crossing of a period, or None.
+    wait: time for each crossing, or None.
     """
 
     newton: Callable[..., PeriodicOrbits]
@@ -202,16 +206,19 @@ class _PeriodSearch:
         """Return each orbit once."""
         return PeriodicOrbits.concat(self.found).unique()
 
-    def near(self, guesses: np.ndarray, period: int) -> None:
-        """Add the orbits near guesses (2n, guesses) of a period; those of a shorter one are sought again as that."""
+    def near(self, guesses: np.ndarray, crossings: int) -> None:
+        """Add the orbits near guesses (2n, guesses) of so many crossings; those that close after fewer are sought again
+        with these.
+        """
         if not guesses.size:
             return
         try:
-            orbits = self.newton(guesses, period=period, max_time=None if self.wait is None else self.wait * period)
+            max_time = None if self.wait is None else self.wait * crossings
+            orbits = self.newton(guesses, crossings=crossings, max_time=max_time)
         except Interrupted as stopped:
-            self.found.append(stopped.partial.take(stopped.partial.prime == period))
+            self.found.append(stopped.partial.take(stopped.partial.minimal_crossings == crossings))
             raise
-        prime = orbits.prime
-        self.found.append(orbits.take(prime == period))
-        for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
-            self.near(orbits.z[:, prime == shorter], int(shorter))
+        minimal = orbits.minimal_crossings
+        self.found.append(orbits.take(minimal == crossings))
+        for fewer in np.unique(minimal[(minimal > 0) & (minimal < crossings)]):
+            self.near(orbits.z[:, minimal == fewer], int(fewer))

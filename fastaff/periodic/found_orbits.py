@@ -50,29 +50,30 @@ class Stability(IntEnum):
 
 @dataclass(frozen=True)
 class PeriodicOrbits(Result):
-    """Periodic orbits of a section map; where one is not OK, points, time and matrices are NaN.
+    """Periodic orbits of a section map; where one is not OK, points, period and matrices are NaN.
 
-    z (2n, orbits) on the section; period (orbits,) in crossings; points (2n, longest period, orbits): all crossings, z
-    first, NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (2n, 2n, orbits): the
-    derivative of the flow over the period at z; reduced (2n - 2, 2n - 2, orbits): that of the section map within the
-    energy surface, in a basis orthonormal in own units; residual (orbits,) = ``|flow(z) - z|`` in own units; error
-    (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
-    a neighbour; reduced_error (orbits,): likewise of `reduced`, see `multiplier_errors`; iterations (orbits,): returns
-    computed; status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units.
-    names (2n,): of the rows. For dz/dt = f(z) of d variables there are d rows, reduced is (d - 1, d - 1, orbits),
-    energy 0, and `paired` False: multipliers have no pairs, so that indices and residues are NaN.
+    z (2n, orbits) on the section; crossings (orbits,): their number in a period; points (2n, most crossings, orbits):
+    all crossings, z first, NaN past the last of a period; period (orbits,) in time, of a map in iterates; energy
+    (orbits,); monodromy (2n, 2n, orbits): the derivative of the flow over the period at z; reduced_monodromy (2n - 2,
+    2n - 2, orbits): that of the section map within the energy surface, in a basis orthonormal in own units; residual
+    (orbits,) = ``|flow(z) - z|`` in own units; error (orbits,): estimate of that of z and of 2 pi period/(a turn), in
+    own units, from a shorter step (or a larger rtol) and a neighbour; reduced_monodromy_error (orbits,): likewise of
+    the reduced monodromy, see `multiplier_errors`; iterations (orbits,): returns computed; status (orbits,) of
+    `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units. names (2n,): of the rows. For
+    dz/dt = f(z) of d variables there are d rows, the reduced monodromy is (d - 1, d - 1, orbits), energy 0, and
+    `symplectic` False: multipliers have no pairs, so that indices and residues are NaN.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
-    period: Annotated[np.ndarray, along("orbit", unit="crossings")]
+    crossings: Annotated[np.ndarray, along("orbit", unit="crossings")]
     points: Annotated[np.ndarray, along("coordinate", "crossing", "orbit", labels="names", padded="crossing")]
-    time: Annotated[np.ndarray, along("orbit", unit="time")]
+    period: Annotated[np.ndarray, along("orbit", unit="time")]
     energy: Annotated[np.ndarray, along("orbit", unit="energy")]
     monodromy: Annotated[np.ndarray, along("coordinate", "start coordinate", "orbit", labels="names")]
-    reduced: Annotated[np.ndarray, along("direction", "start direction", "orbit")]
+    reduced_monodromy: Annotated[np.ndarray, along("direction", "start direction", "orbit")]
     residual: Annotated[np.ndarray, along("orbit")]
     error: Annotated[np.ndarray, along("orbit")]
-    reduced_error: Annotated[np.ndarray, along("orbit")]
+    reduced_monodromy_error: Annotated[np.ndarray, along("orbit")]
     iterations: Annotated[np.ndarray, along("orbit")]
     status: Annotated[np.ndarray, along("orbit")]
     step: Annotated[np.ndarray, along("orbit", unit="time")]
@@ -80,27 +81,27 @@ class PeriodicOrbits(Result):
     names: tuple[str, ...]
     section: Any
     scheme: Scheme
-    paired: bool = True
+    symplectic: bool = True
 
     @property
     def multipliers(self) -> np.ndarray:
         """The eigenvalues (2n - 2, orbits) of the reduced monodromy: without the two 1 of the flow and the energy (of
         dz/dt = f(z) all but that of the flow).
         """
-        matrices = np.moveaxis(self.reduced, -1, 0)
+        matrices = np.moveaxis(self.reduced_monodromy, -1, 0)
         return each(np.linalg.eigvals, matrices, matrices.shape[2:], np.complex128).T
 
     @property
     def multiplier_errors(self) -> np.ndarray:
-        """Estimates of the errors of `multipliers` (2n - 2, orbits), from `reduced_error`: a multiplier's condition
-        times that, or where multipliers meet the largest effect of such a change of the matrix.
+        """Estimates of the errors of `multipliers` (2n - 2, orbits), from `reduced_monodromy_error`: a multiplier's
+        condition times that, or where multipliers meet the largest effect of such a change of the matrix.
 
         In a pair of 1e6 and 1e-6 the small one is lost if the matrix is known to 1e-6; it is the inverse of the other.
 
         :Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
         """
-        matrices = np.moveaxis(self.reduced, -1, 0)
-        off = self.reduced_error
+        matrices = np.moveaxis(self.reduced_monodromy, -1, 0)
+        off = self.reduced_monodromy_error
         m = matrices.shape[1]
         condition = each(_conditions, matrices, (m,), np.float64)
         with np.errstate(all="ignore"):
@@ -112,8 +113,8 @@ class PeriodicOrbits(Result):
         """Estimates of the errors of `residues` (n - 1, orbits): that of the trace for n = 2, else by those of the
         multipliers.
         """
-        if not self.paired or len(self.reduced) == 2:
-            error = np.sqrt(2) / 4 * self.reduced_error + (0.0 if self.paired else np.nan)
+        if not self.symplectic or len(self.reduced_monodromy) == 2:
+            error = np.sqrt(2) / 4 * self.reduced_monodromy_error + (0.0 if self.symplectic else np.nan)
             return np.broadcast_to(error, self.indices.shape).copy()
         values = self.multipliers
         off = self.multiplier_errors
@@ -128,10 +129,10 @@ class PeriodicOrbits(Result):
         """The stability indices (n - 1, orbits): the sums lambda + 1/lambda of the pairs of multipliers, the trace for
         n = 2.
         """
-        matrices = np.moveaxis(self.reduced, -1, 0)
-        if not self.paired:
-            return np.full((max(1, len(self.reduced) // 2), len(matrices)), np.nan + 0j)
-        return each(stability_indices, matrices, (len(self.reduced) // 2,), np.complex128).T
+        matrices = np.moveaxis(self.reduced_monodromy, -1, 0)
+        if not self.symplectic:
+            return np.full((max(1, len(self.reduced_monodromy) // 2), len(matrices)), np.nan + 0j)
+        return each(stability_indices, matrices, (len(self.reduced_monodromy) // 2,), np.complex128).T
 
     @property
     def residues(self) -> np.ndarray:
@@ -148,11 +149,11 @@ class PeriodicOrbits(Result):
     @property
     def stability(self) -> np.ndarray:
         """The kinds (orbits,), codes of `Stability`."""
-        if not self.paired:
-            return self._unpaired
+        if not self.symplectic:
+            return self._without_pairs
         R = np.take_along_axis(self.residues, self._worst[None], axis=0)[0]
         with np.errstate(all="ignore"):
-            near = MARGINAL * np.maximum(1.0, np.linalg.norm(self.reduced, axis=(0, 1)))
+            near = MARGINAL * np.maximum(1.0, np.linalg.norm(self.reduced_monodromy, axis=(0, 1)))
             kind = np.where((R.real < 0), Stability.HYPERBOLIC, Stability.ELLIPTIC)
             kind = np.where(R.real > 1, Stability.INVERSE_HYPERBOLIC, kind)
             kind = np.where(np.abs(R.imag) > near, Stability.COMPLEX, kind)
@@ -160,7 +161,7 @@ class PeriodicOrbits(Result):
         return np.where(np.isfinite(R), kind, Stability.UNKNOWN)
 
     @property
-    def _unpaired(self) -> np.ndarray:
+    def _without_pairs(self) -> np.ndarray:
         """The kinds (orbits,) by the sizes of all multipliers."""
         size = np.abs(self.multipliers)
         with np.errstate(all="ignore"):
@@ -177,12 +178,14 @@ class PeriodicOrbits(Result):
         return np.argmax(np.where(np.isnan(away), -1.0, away), axis=0)
 
     @property
-    def prime(self) -> np.ndarray:
-        """The least periods (orbits,): the first crossing that is back at z; a divisor of `period`, 0 where not OK."""
+    def minimal_crossings(self) -> np.ndarray:
+        """Crossings in the minimal period (orbits,): the first that is back at z; a divisor of `crossings`, 0 where not
+        OK.
+        """
         back = np.linalg.norm((self.points - self.z[:, None]) / self.scale[:, None], axis=0) <= SAME
         back = np.concatenate([back[1:], np.zeros((1, len(self)), bool)])
-        first = np.where(back.any(axis=0), back.argmax(axis=0) + 1, self.period)
-        return np.where(self.status == Status.OK, np.minimum(first, self.period), 0)
+        first = np.where(back.any(axis=0), back.argmax(axis=0) + 1, self.crossings)
+        return np.where(self.status == Status.OK, np.minimum(first, self.crossings), 0)
 
     def same(self) -> np.ndarray:
         """Number the orbits (orbits,) so that the same closed orbits have one number, for any crossing as start; -1:
@@ -190,20 +193,20 @@ class PeriodicOrbits(Result):
         """
         number = np.full(self.status.shape, -1)
         good = self.status == Status.OK
-        # Least periods first, so that a number stands for a prime orbit where there is one.
-        for o in np.lexsort((np.arange(good.size), self.period)):
+        # Fewest crossings first, so that a number stands for an orbit over its minimal period where there is one.
+        for o in np.lexsort((np.arange(good.size), self.crossings)):
             if good[o] and number[o] < 0:
-                away = (self.z[:, None] - self.points[:, : self.period[o], o, None]) / self.scale[:, o, None, None]
+                away = (self.z[:, None] - self.points[:, : self.crossings[o], o, None]) / self.scale[:, o, None, None]
                 number[(np.linalg.norm(away, axis=0).min(axis=0) <= SAME) & good & (number < 0)] = o
         return np.unique(number, return_inverse=True)[1] - (not good.all())
 
     def unique(self) -> PeriodicOrbits:
-        """Return each OK orbit once, with the least period found, in the order of period and energy."""
+        """Return each OK orbit once, with the fewest crossings found, in the order of crossings and energy."""
         number = self.same()
-        order = np.lexsort((self.residual, self.period))
+        order = np.lexsort((self.residual, self.crossings))
         kept = [next(o for o in order if number[o] == k) for k in range(number.max(initial=-1) + 1)]
         chosen = self.take(np.array(kept, np.int64))
-        return chosen.take(np.lexsort((chosen.residue, chosen.energy, chosen.period)))
+        return chosen.take(np.lexsort((chosen.residue, chosen.energy, chosen.crossings)))
 
     def _row(self, name: str) -> np.ndarray | None:
         return chart_row(self.z, name)
@@ -241,7 +244,7 @@ def packed(
     *,
     residual: np.ndarray,
     error: np.ndarray,
-    reduced_error: np.ndarray,
+    reduced_monodromy_error: np.ndarray,
     iterations: np.ndarray,
 ) -> PeriodicOrbits:
     """Return PeriodicOrbits of points z (2n, orbits) and their returns; orbits that are not OK are NaN."""
@@ -257,23 +260,23 @@ def packed(
     d = system.rows  # without an idle row
     z = z[:d]
     points = points[:, :, :d]
-    time = found.time.copy()
+    period = found.time.copy()
     error = error.copy()
     monodromy = found.monodromy[:, :d, :d].copy()
-    reduced_error = reduced_error.copy()
-    for array in (points, time, monodromy, reduced, error, reduced_error):
+    reduced_monodromy_error = reduced_monodromy_error.copy()
+    for array in (points, period, monodromy, reduced, error, reduced_monodromy_error):
         array[~good] = np.nan
     return PeriodicOrbits(
         z=z,
-        period=np.full(good.size, points.shape[1]),
+        crossings=np.full(good.size, points.shape[1]),
         points=points.transpose(2, 1, 0),
-        time=time,
+        period=period,
         energy=energy,
         monodromy=np.moveaxis(monodromy, 0, -1),
-        reduced=np.moveaxis(reduced, 0, -1),
+        reduced_monodromy=np.moveaxis(reduced, 0, -1),
         residual=residual,
         error=error,
-        reduced_error=reduced_error,
+        reduced_monodromy_error=reduced_monodromy_error,
         iterations=iterations,
         status=found.status,
         step=np.array(np.broadcast_to(flow.step, good.shape)),
@@ -281,7 +284,7 @@ def packed(
         names=system.row_names,
         section=section,
         scheme=flow.scheme,
-        paired=system.canonical,
+        symplectic=system.canonical,
     )
 
 
@@ -298,20 +301,20 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
 def no_orbits(system: System, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none, the result of a search that was stopped at once."""
     rows = system.rows
-    paired = system.canonical
+    symplectic = system.canonical
     z = np.zeros((rows, 0))
     matrices = np.zeros((rows, rows, 0))
-    reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
+    reduced = matrices if section is None else matrices[2:, 2:] if symplectic else matrices[1:, 1:]
     return PeriodicOrbits(
         z=z,
         points=np.zeros((rows, 0, 0)),
         monodromy=matrices,
-        reduced=reduced,
+        reduced_monodromy=reduced,
         scale=z,
         names=system.row_names,
         section=section,
         scheme=scheme,
-        paired=paired,
-        **dict.fromkeys(("time", "energy", "residual", "error", "reduced_error", "step"), np.zeros(0)),
-        **dict.fromkeys(("period", "iterations", "status"), np.zeros(0, np.int64)),
+        symplectic=symplectic,
+        **dict.fromkeys(("period", "energy", "residual", "error", "reduced_monodromy_error", "step"), np.zeros(0)),
+        **dict.fromkeys(("crossings", "iterations", "status"), np.zeros(0, np.int64)),
     )

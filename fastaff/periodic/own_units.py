@@ -143,8 +143,8 @@ def _scale_of_flow(system: System, z: np.ndarray, threads: int) -> Scale:
 
 def closed_scale(flow: Flow, z: np.ndarray, points: np.ndarray, time: np.ndarray, scale: Scale) -> Scale:
     """Return the own units of orbits from z (2n, orbits) that have closed after `time` (orbits,) at these crossings or
-    images, points (orbits, period, 2n): `scale`, or where that is INFLATED by neighbours that run away the size of the
-    orbit itself.
+    images, points (orbits, crossings, 2n): `scale`, or where that is INFLATED by neighbours that run away the size of
+    the orbit itself.
 
     It is the extent of the orbit, or the distance at which the system is no longer linear, if that is larger: a fixed
     point has no extent. A linear system has no such distance: there it is the distance from the origin.

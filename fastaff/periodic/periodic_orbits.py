@@ -73,7 +73,7 @@ def periodic_orbits(
     z0: Starts,
     *,
     section: Section | str | None = None,
-    period: int = 1,
+    crossings: int = 1,
     energy: ArrayLike | None = None,
     max_time: float | None = None,
     tolerance: float = 1e-12,
@@ -95,12 +95,13 @@ def periodic_orbits(
         wrong way.
     section : value of `fastaff.models.sections` or str, optional
         None for a map. Default: as in `poincare_map`.
-    period : int >= 1, crossings, default 1
-        Number of crossings after which the orbit closes; it may be a multiple of the least one: see `.prime`.
+    crossings : int >= 1, default 1
+        Number of crossings (of a map: iterates) after which the orbit closes; it may be a multiple of the least one,
+        `.minimal_crossings`.
     energy : float or array (orbits,), energy, optional
         Default: that of each guess.
     max_time : float, time, optional
-        For the `period` crossings (default: 20 turns of each guess's own frequency for each, 160 where these are too
+        For these `crossings` (default: 20 turns of each guess's own frequency for each, 160 where these are too
         few).
     tolerance : float, default 1e-12
         An orbit is OK once ``|flow(z) - z| <= tolerance |M|`` in own units, the effect of a change of z by `tolerance`
@@ -132,7 +133,7 @@ def periodic_orbits(
     z - flow(z) within the tangent plane of section and energy, by singular values, those below 1e-8 of the largest
     left out, so that orbits of a resonant torus are found too. A step that makes the residual larger is cut to a
     quarter; if no part of it helps, a whole one of at most a unit is taken, three times at most. Convergence is
-    quadratic, to rounding. A relative periodic orbit of a body is a periodic orbit of `fastaff.reduced`.
+    quadratic, to rounding. A relative periodic orbit of a body is a periodic orbit of `fastaff.reduced_body`.
 
     Systems dz/dt = f(z) have no energy (default scheme VERNER9): the orbits are limit cycles and cycles of strange
     attractors, with all multipliers but the 1 of the flow and no residues; own units are half of the extent of the
@@ -152,7 +153,7 @@ def periodic_orbits(
     """
     system = current_system(model)
     scheme = checked_return(system, section, scheme)
-    period = whole("period", period, 1)
+    crossings = whole("crossings", crossings, 1)
     iterations = whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
     options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, threads=threads)
@@ -160,9 +161,9 @@ def periodic_orbits(
     surface = section if section is None else flow.section(section)
     end = None if max_time is None else positive("max_time", max_time)
     check_given(system, "a time of return", max_time=max_time)
-    fits("period", *z.shape, period)
+    fits("crossings", *z.shape, crossings)
     flexible = step is None and flow.fixed
-    search = _NewtonSearch(flow, surface, section, period, end, tolerance, iterations, flexible)
+    search = _NewtonSearch(flow, surface, section, crossings, end, tolerance, iterations, flexible)
     state = search.start(z, energy)
     with partial_result_on_interrupt("periodic_orbits", lambda: search.partial(state)):
         search.run(state)
@@ -189,7 +190,7 @@ class _State:
     share: np.ndarray
     residual: np.ndarray
     error: np.ndarray
-    reduced_error: np.ndarray
+    reduced_monodromy_error: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
     live: np.ndarray
@@ -206,7 +207,7 @@ class _NewtonSearch:
     flow: Flow
     section: Any
     asked: Any
-    period: int
+    crossings: int
     max_time: float | None
     tolerance: float
     iterations: int
@@ -217,7 +218,7 @@ class _NewtonSearch:
         system = self.flow.system
         (rows, orbits) = z.shape
         scale = orbit_scale(system, z, energy, self.flow.threads)
-        limit = WAIT * self.period / scale.rate if self.max_time is None else np.full(orbits, self.max_time)
+        limit = WAIT * self.crossings / scale.rate if self.max_time is None else np.full(orbits, self.max_time)
         step = np.array(np.broadcast_to(self.flow.step, orbits))
         trial, reached = onto(system, self.section, z, energy, scale)
         wrong = np.zeros(0, np.int64)
@@ -231,7 +232,7 @@ class _NewtonSearch:
             )
             trial[:, wrong], reached[wrong] = onto(system, self.section, first, energy[wrong], scale.of(wrong))
         empty = (
-            np.full((orbits, self.period, rows), np.nan),
+            np.full((orbits, self.crossings, rows), np.nan),
             np.full(orbits, np.nan),
             np.full((orbits, rows, rows), np.nan),
         )
@@ -247,7 +248,7 @@ class _NewtonSearch:
             share=np.ones(orbits),
             residual=np.full(orbits, np.inf),
             error=np.full(orbits, np.nan),
-            reduced_error=np.full(orbits, np.nan),
+            reduced_monodromy_error=np.full(orbits, np.nan),
             iterations=np.zeros(orbits, np.int64),
             status=status,
             live=reached,
@@ -311,7 +312,7 @@ class _NewtonSearch:
 
         def run(which: np.ndarray) -> Returns:
             flow = self._flow(state.step[which])
-            return section_returns(flow, self.section, state.trial[:, which], self.period, state.limit[which])
+            return section_returns(flow, self.section, state.trial[:, which], self.crossings, state.limit[which])
 
         back = run(live)
         late = (back.status == Status.TOO_FEW_CROSSINGS) & (state.iterations[live] == 0) & (self.max_time is None)
@@ -334,7 +335,7 @@ class _NewtonSearch:
             found = Returns(*(entry[which] for entry in state.found))
             flow = self._flow(state.step[which])
             limit = state.limit[which]
-            change, state.error[which], state.reduced_error[which], state.found.time[which] = closing_errors(
+            change, state.error[which], state.reduced_monodromy_error[which], state.found.time[which] = closing_errors(
                 flow, self.section, z, limit, found, scale
             )
             goal = step_goal(self.tolerance, z, found.time / flow.step, found.monodromy, scale)
@@ -343,7 +344,7 @@ class _NewtonSearch:
             again[which] = (change > goal) & (not last)
             factor = finer_by(change, goal, order)
             state.step[which] = np.where(again[which], state.step[which] / factor, state.step[which])
-        fell = np.isin(state.status, (Status.NONFINITE, Status.COLLAPSED)) & ~np.isfinite(state.residual)
+        fell = np.isin(state.status, (Status.NONFINITE, Status.OUT_OF_DOMAIN)) & ~np.isfinite(state.residual)
         fell &= ~state.settled & (not last)
         state.step[fell] /= FINER
         again |= fell
@@ -438,7 +439,7 @@ class _NewtonSearch:
             state.scale,
             residual=state.residual,
             error=state.error,
-            reduced_error=state.reduced_error,
+            reduced_monodromy_error=state.reduced_monodromy_error,
             iterations=state.iterations,
         )
         return replace(found, section=self.asked)

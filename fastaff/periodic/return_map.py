@@ -121,8 +121,8 @@ def checked_return(system: System, section: Any, scheme: Any) -> Any:
 class Returns(NamedTuple):
     """Orbits followed to a crossing of a section, or to an image by a map.
 
-    points (orbits, period, 2n): the crossings in their order; time (orbits,) of the last; monodromy (orbits, 2n, 2n):
-    the derivative of the flow over that time; status (orbits,). NaN where the status is not OK.
+    points (orbits, crossings, 2n): the crossings in their order; time (orbits,) of the last; monodromy (orbits, 2n,
+    2n): the derivative of the flow over that time; status (orbits,). NaN where the status is not OK.
     """
 
     points: np.ndarray
@@ -134,16 +134,16 @@ class Returns(NamedTuple):
         return screen(self)
 
 
-def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: Any) -> Returns:
-    """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each; max_time
+def section_returns(flow: Flow, section: Any, z: np.ndarray, crossings: int, max_time: Any) -> Returns:
+    """Follow z (2n, orbits), all on the section, to crossing number `crossings` with 2n tangent vectors each; max_time
     (orbits,) or one. For a map, which has no section, follow z to that image, with its angles next to those of z.
     """
     rows, orbits = z.shape
     n = rows // 2
     strobed = isinstance(section, Stroboscopic)
-    fits("period", orbits, period + SPARE, kernels.RECORD.state + rows * (1 + rows))
+    fits("crossings", orbits, crossings + SPARE, kernels.RECORD.state + rows * (1 + rows))
     found = Returns(
-        np.full((orbits, period, rows), np.nan),
+        np.full((orbits, crossings, rows), np.nan),
         np.full(orbits, np.nan),
         np.full((orbits, rows, rows), np.nan),
         np.full(orbits, int(Status.NONFINITE)),
@@ -157,34 +157,34 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     if flow.system.iterated:
         return _images(flow, z[:, live], live, ensemble, found)
     if strobed:
-        parts = _period_by_period(flow, section, ensemble, period)
-        found.time[live] = period * flow.model.period
+        parts = _period_by_period(flow, section, ensemble, crossings)
+        found.time[live] = crossings * flow.model.period
         arrived = np.isfinite(parts).all(axis=(1, 2, 3, 4))
         return _filled(found, live, parts, arrived, ensemble.status)
     limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
     whole = len(ensemble.z)
     width = kernels.RECORD.state + whole
-    observer = observers.crossings(section, period, n, rows)
+    observer = observers.crossings(section, crossings, n, rows)
     memory = np.zeros((observer.rows, live.size))
-    out = np.full((live.size, (period + SPARE) * width), np.nan)
+    out = np.full((live.size, (crossings + SPARE) * width), np.nan)
     start_crossings(flow, memory, section, ensemble, on=True)
-    follow_crossings(flow, ensemble, section, period, observer, memory, out, limit, None)
-    records = out.reshape(live.size, -1, width)[:, :period]
-    parts = records[:, :, kernels.RECORD.state :].reshape(live.size, period, 2, 1 + rows, n)
+    follow_crossings(flow, ensemble, section, crossings, observer, memory, out, limit, None)
+    records = out.reshape(live.size, -1, width)[:, :crossings]
+    parts = records[:, :, kernels.RECORD.state :].reshape(live.size, crossings, 2, 1 + rows, n)
     found.time[live] = records[:, -1, kernels.RECORD.time]
-    reached = (memory[kernels.ROWS.written] >= period) & (found.time[live] <= limit)
+    reached = (memory[kernels.ROWS.written] >= crossings) & (found.time[live] <= limit)
     arrived = np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3)) & reached
     return _filled(found, live, parts, arrived, ensemble.status)
 
 
-def _period_by_period(flow: Flow, section: Any, ensemble: Ensemble, period: int) -> np.ndarray:
-    """Run orbits of a driven system with tangent vectors from the section; return their states (orbits, period, 2,
+def _period_by_period(flow: Flow, section: Any, ensemble: Ensemble, periods: int) -> np.ndarray:
+    """Run orbits of a driven system with tangent vectors from the section; return their states (orbits, periods, 2,
     1 + vectors, n) after each period, NaN where not reached.
     """
     n = flow.model.degrees_of_freedom
     flow = flow.fitted(float(flow.model.period))
     shape = 2, 1 + flow.vectors, n, ensemble.z.shape[1]
-    states = np.full((period, *shape), np.nan)
+    states = np.full((periods, *shape), np.nan)
     observed = 0 if flow.adaptive else 1
     for state in states:
         flow.advance(
@@ -200,8 +200,8 @@ def _period_by_period(flow: Flow, section: Any, ensemble: Ensemble, period: int)
 
 
 def _filled(found: Returns, live: np.ndarray, parts: np.ndarray, arrived: np.ndarray, ended: np.ndarray) -> Returns:
-    """Return the returns with states parts (orbits, period, 2, 1 + vectors, n) of the orbits `live`, some of which have
-    arrived.
+    """Return the returns with states parts (orbits, crossings, 2, 1 + vectors, n) of the orbits `live`, some of which
+    have arrived.
     """
     rows = found.points.shape[2]
     found.points[live] = parts[:, :, :, 0].reshape(live.size, -1, rows)
@@ -216,10 +216,10 @@ def _filled(found: Returns, live: np.ndarray, parts: np.ndarray, arrived: np.nda
 def _images(flow: Flow, z: np.ndarray, live: np.ndarray, ensemble: Ensemble, found: Returns) -> Returns:
     """Return the returns with the images of z (2n, orbits), the live ones, by a map."""
     rows = len(z)
-    period = found.points.shape[1]
-    parts = flow.sampled(ensemble, period, time=float(period)).reshape(live.size, period, 2, 1 + rows, rows // 2)
+    iterates = found.points.shape[1]
+    parts = flow.sampled(ensemble, iterates, time=float(iterates)).reshape(live.size, iterates, 2, 1 + rows, rows // 2)
     turns = np.array([1 / length if length > 0 else 0.0 for length in flow.model.periods()])
-    found.time[live] = float(period)
+    found.time[live] = float(iterates)
     arrived = np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3))
     with np.errstate(all="ignore"):  # an angle that winds so fast that it is all rounding
         ahead = np.array(np.broadcast_arrays(*at_points(flow.model, "iterate", *z)))

@@ -280,7 +280,7 @@ def _point(ax: Any, path: np.ndarray) -> Callable[[int], None]:
     return draw
 
 
-def _frames(animation: Animation, report: Any) -> Iterator[None]:
+def _frames(animation: Animation, callback: Any) -> Iterator[None]:
     """Set the figure to one frame after the other; it is laid out once."""
     animation.draw(0)
     animation.figure.draw_without_rendering()
@@ -288,11 +288,11 @@ def _frames(animation: Animation, report: Any) -> Iterator[None]:
     for k in range(animation.frames):
         animation.draw(k)
         yield
-        if report is not None:
-            report((k + 1) / animation.frames)
+        if callback is not None:
+            callback((k + 1) / animation.frames)
 
 
-def _write_gif(animation: Animation, name: str, dpi: float, report: Any) -> None:
+def _write_gif(animation: Animation, name: str, dpi: float, callback: Any) -> None:
     """Write a GIF: all frames in the colours of the last one, without dithering, which would multiply its size."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
@@ -300,7 +300,7 @@ def _write_gif(animation: Animation, name: str, dpi: float, report: Any) -> None
     animation.figure.set_dpi(dpi)
     canvas = FigureCanvasAgg(animation.figure)
     images = []
-    for _ in _frames(animation, report):
+    for _ in _frames(animation, callback):
         canvas.draw()
         images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
     palette = images[-1].quantize(COLOURS, dither=Image.Dither.NONE)
@@ -308,24 +308,25 @@ def _write_gif(animation: Animation, name: str, dpi: float, report: Any) -> None
     first.save(name, save_all=True, append_images=others, duration=1000 / animation.rate, loop=0, disposal=1)
 
 
-def _write_mp4(animation: Animation, name: str, dpi: float, report: Any) -> None:
+def _write_mp4(animation: Animation, name: str, dpi: float, callback: Any) -> None:
     """Write an MP4 by ffmpeg, in the pixels that players know."""
     from matplotlib.animation import FFMpegWriter
 
     writer = FFMpegWriter(fps=animation.rate, codec="h264", extra_args=["-pix_fmt", "yuv420p", "-crf", "20"])
     with writer.saving(animation.figure, name, dpi):
-        for _ in _frames(animation, report):
+        for _ in _frames(animation, callback):
             writer.grab_frame()
 
 
 @says_progress
 def save_animation(
-    animation: Animation, path: Any, *, dpi: float = 100.0, force: bool = False, report: Any = None
+    animation: Animation, path: Any, *, dpi: float = 100.0, overwrite: bool = False, callback: Any = None
 ) -> Path:
     """Write an animation as a GIF, or as an MP4 where ffmpeg is installed; return the path.
 
-    :Parameters: path: ends with .gif or .mp4; dpi: pixels an inch; force: replace an existing file instead of numbering
-        the new one; report(fraction). The file is whole or not there: it is written beside its place and moved.
+    :Parameters: path: ends with .gif or .mp4; dpi: pixels an inch; overwrite: replace an existing file instead of
+        numbering the new one; callback(fraction). The file is whole or not there: it is written beside its place and
+        moved.
     :Raises: ValueError for another ending and where ffmpeg is missing, FileNotFoundError for a folder that does not
         exist.
 
@@ -348,5 +349,5 @@ def save_animation(
         raise ValueError("path must end with .gif: .mp4 needs the program ffmpeg, which is not installed")
     write = _write_gif if ending == ".gif" else _write_mp4
     return write_atomically(
-        path.with_suffix(""), path.suffix, lambda name: write(animation, str(name), dpi, report), force=force
+        path.with_suffix(""), path.suffix, lambda name: write(animation, str(name), dpi, callback), overwrite=overwrite
     )

@@ -19,8 +19,8 @@ from .style import LINES, Artists, figure, symbol
 
 MARKS = {
     Event.FOLD: {"marker": "^", "label": "fold"},
-    Event.DOUBLING: {"marker": "D", "label": "period doubling"},
-    Event.TORUS: {"marker": "s", "label": "torus"},
+    Event.PERIOD_DOUBLING: {"marker": "D", "label": "period doubling"},
+    Event.NEIMARK_SACKER: {"marker": "s", "label": "Neimark-Sacker"},
 }
 """Shapes of bifurcations; others are circles."""
 FREQUENCY = "frequency"
@@ -40,12 +40,12 @@ def plot_backbone(
     names: Sequence[str] | None = None,
     bifurcations: bool = True,
 ) -> Artists:
-    """Draw the frequency 1/T of families of periodic orbits against their energy, or the swing of forced ones against
-    their parameter, solid where they are stable.
+    """Draw the frequency 1/T of families of periodic orbits against their energy, or the amplitude of forced ones
+    against their parameter, solid where they are stable.
 
     :Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
         name; parameter: name of the quantity followed, by default the energy, or "parameter"; y: the variable of a
-        driven system or of dz/dt = f(z) whose half swing is drawn (a response curve), by default the first, or
+        driven system or of dz/dt = f(z) whose amplitude is drawn (a response curve), by default the first, or
         "frequency"; angular: draw 2 pi/T, in radians per unit time, instead of cycles; names: of the families, for the
         legend; bifurcations: mark them.
 
@@ -61,7 +61,7 @@ def plot_backbone(
     Examples
     --------
     >>> family = fa.continuation(
-    ...     fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, steps=2, max_time=20.0
+    ...     fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, max_steps=2, max_time=20.0
     ... )
     >>> fa.plot.plot_backbone(family).missing
     0
@@ -80,13 +80,13 @@ def plot_backbone(
         known = name in seen
         kind = seen.setdefault(name, len(seen)) % len(LINES)
         colour = LINES[kind][0]
-        fine = (branch.orbits.status == Status.OK) & np.isfinite(branch.orbits.time)
+        fine = (branch.orbits.status == Status.OK) & np.isfinite(branch.orbits.period)
         missing += int(np.count_nonzero(~fine))
         with np.errstate(all="ignore"):
-            height = turn / branch.orbits.time if row is None or branch.swing is None else branch.swing[row]
+            height = turn / branch.orbits.period if row is None or branch.amplitude is None else branch.amplitude[row]
         height = np.where(fine, height, np.nan)
         stable = np.isin(branch.orbits.stability, STABLE)
-        point, along, across = _smooth(branch.arclength, branch.value, height)
+        point, along, across = _smooth(branch.arclength, branch.parameter, height)
         # A piece has the kind of the point at its end, so that curves of two kinds meet.
         ends = np.minimum([np.ceil(point), np.floor(point) + 1], len(stable) - 1).astype(np.int64)
         for steady in (True, False):
@@ -110,14 +110,14 @@ def plot_backbone(
     rate = rf"frequency ${turned}/T$  ({unit})"
     ax.set(
         xlabel=parameter_label(parameter or _followed(listed)),
-        ylabel=rate if row is None else f"half the swing of ${symbol(listed[0].names[row])}$",
+        ylabel=rate if row is None else f"amplitude of ${symbol(listed[0].names[row])}$",
     )
     return Artists(tuple(curves), None, tuple(marks), tuple(legend.get_texts()), missing)
 
 
 def _row(branches: Sequence[Branch], y: str | None) -> int | None:
-    """Return the row of `swing` that is the height of a figure; None for the frequency."""
-    forced = bool(branches) and all(branch.swing is not None for branch in branches)
+    """Return the row of `amplitude` that is the height of a figure; None for the frequency."""
+    forced = bool(branches) and all(branch.amplitude is not None for branch in branches)
     names = branches[0].names if forced else ()
     if y == FREQUENCY or (y is None and not forced):
         return None
@@ -162,8 +162,8 @@ def _marked(ax: Any, branches: Sequence[Branch], turn: float, row: int | None) -
 
 def _mark(ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | None = None) -> Any:
     look = MARKS.get(kind, {"marker": "o", "label": kind.name.lower().replace("_", " ")})
-    x = [event.value for event in found]
-    y = [turn / e.time if row is None else e.swing[row] for e in found]
+    x = [event.parameter for event in found]
+    y = [turn / e.period if row is None else e.amplitude[row] for e in found]
     style = {"ls": "", "ms": 6.0, "mfc": "white", "mec": "black", "mew": 1.0, "zorder": 4}
     (mark,) = ax.plot(x, y, **style, **look)
     return mark
@@ -180,7 +180,7 @@ def plot_bifurcation(
     Examples
     --------
     >>> model = fa.models.StandardMap
-    >>> family = fa.continuation(model, [np.pi, 0.0], parameter=3.5, bounds=(3.5, 4.5), steps=60)
+    >>> family = fa.continuation(model, [np.pi, 0.0], parameter=3.5, bounds=(3.5, 4.5), max_steps=60)
     >>> fa.plot.plot_bifurcation(family.bifurcations[0], parameter="K").points.get_xdata().round(6)
     array([4.])
     """
@@ -192,7 +192,7 @@ def plot_bifurcation(
     mark = _mark(ax, [bifurcation], bifurcation.event, 2 * math.pi if angular else 1.0)
     ax.annotate(
         mark.get_label(),
-        (bifurcation.value, mark.get_ydata()[0]),
+        (bifurcation.parameter, mark.get_ydata()[0]),
         xytext=(7, 5),
         textcoords="offset points",
     )

@@ -1,8 +1,8 @@
-"""Figures of chaos: maps of an indicator or of the verdict, chaotic fractions against parameters, histories.
+"""Figures of chaos: maps of an indicator or of the classification, chaotic fractions against parameters, histories.
 
 As in `fastaff.plot`, every function takes `ax=` and returns the artists it made. Bright is chaotic everywhere: the
-colours of cividis have a step of lightness at the limit, so that the boundary between regular and chaotic is seen with
-any kind of colour vision, and in grey.
+colours of cividis have a step of lightness at the threshold, so that the boundary between regular and chaotic is seen
+with any kind of colour vision, and in grey.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from ..sections.section_edge import Edge
 from .colour_bars import colour_bar
 from .parameters import parameter_label
 from .picking import carry
-from .scales import coloured, indicator_of, label_of, limit_colours
+from .scales import coloured, indicator_of, label_of, threshold_colours
 from .sections import above_frame, why
 from .starts import cell_edges, cut_sides, grey_cells, places, widths
 from .style import DARK, GREY, PALE_END, Artists, beyond, chosen_orbits, figure, outline, symbol
 
-VERDICTS = ("regular", "undecided", "chaotic")
+CLASSIFICATIONS = ("regular", "undecided", "chaotic")
 
 
 @figure
@@ -44,11 +44,11 @@ def plot_chaos_map(
     size: float | None = None,
     colorbar: bool = True,
 ) -> Artists:
-    """Draw an indicator, or the verdict, of orbits over the section where they started.
+    """Draw an indicator, or the classification, of orbits over the section where they started.
 
     :Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None
-        for the verdict; boundary: of `edge`; norm, or vmin and vmax: the colour scale, by default `limit_scale` about
-        the median of the limits; size: area of a point of a Sample in square points.
+        for the classification; boundary: of `edge`; norm, or vmin and vmax: the colour scale, by default
+        `threshold_scale` about the median of the thresholds; size: area of a point of a Sample in square points.
     :Returns: Artists: points are the cells or dots, lines the boundary; `missing` counts the orbits without a value,
         which are grey, and the legend says why. Cells that the energy does not reach stay white. A click picks the
         orbit (`picked`).
@@ -70,15 +70,15 @@ def plot_chaos_map(
     if indicator is None:
         each = np.where(chaos_map.chaotic, 2.0, np.where(chaos_map.regular, 0.0, 1.0))
         fine = fine & np.isfinite(chaos_map.values).any(axis=0)
-        how = _verdict_colours()
+        how = _classification_colours()
     else:
         row = chaos_map.names.index(indicator)
         each = chaos_map.values[row]
-        limit = float(np.median(chaos_map.limits[row]))
+        threshold = float(np.median(chaos_map.thresholds[row]))
         fine = fine & np.isfinite(each)
         given = {"vmin": vmin, "vmax": vmax, "norm": norm, "result": chaos_map}
-        colours = coloured(indicator, np.where(fine, each, np.nan), limit, **given)
-        how = {"cmap": limit_colours(colours.falling), "norm": colours.norm}
+        colours = coloured(indicator, np.where(fine, each, np.nan), threshold, **given)
+        how = {"cmap": threshold_colours(colours.falling), "norm": colours.norm}
     points = _drawn(ax, starts, np.where(fine, each, np.nan), fine, how, size)
     legend = "" if fine.all() else why(chaos_map.status, ~fine)
     if legend:
@@ -88,7 +88,7 @@ def plot_chaos_map(
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
     bar = None
     if colorbar:
-        bar = _verdict_bar(ax, points) if colours is None else colour_bar(ax, points, colours)
+        bar = _classification_bar(ax, points) if colours is None else colour_bar(ax, points, colours)
     return Artists(points, bar, tuple(lines), cut_sides(ax, starts), int(np.count_nonzero(~fine)))
 
 
@@ -98,7 +98,7 @@ def _drawn(ax: Any, starts: Any, each: np.ndarray, fine: np.ndarray, how: dict[s
     number = np.arange(fine.size)
     if isinstance(starts, EnergyGrid):
         grey_cells(ax, starts, ~fine)
-        image = np.ma.masked_invalid(starts.spread(each))
+        image = np.ma.masked_invalid(starts.to_grid(each))
         cells = ax.pcolormesh(*map(cell_edges, starts.axes), image.T, rasterized=True, **how)
         return carry(cells, at[0], at[1], number, cell=widths(starts))
     area = size if size is not None else float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
@@ -109,17 +109,20 @@ def _drawn(ax: Any, starts: Any, each: np.ndarray, fine: np.ndarray, how: dict[s
     return carry(points, at[0, fine], at[1, fine], number[fine])
 
 
-def _verdict_colours() -> dict[str, Any]:
+def _classification_colours() -> dict[str, Any]:
     import matplotlib
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     colours = matplotlib.colormaps["cividis"]([0.1, 0.55, PALE_END])
-    return {"cmap": ListedColormap(colours, name="fastaff_verdict"), "norm": BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3)}
+    return {
+        "cmap": ListedColormap(colours, name="fastaff_classification"),
+        "norm": BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
+    }
 
 
-def _verdict_bar(ax: Any, points: Any) -> Any:
+def _classification_bar(ax: Any, points: Any) -> Any:
     bar = ax.figure.colorbar(points, ax=ax, ticks=[0, 1, 2])
-    bar.ax.set_yticklabels(VERDICTS, rotation=90, va="center")
+    bar.ax.set_yticklabels(CLASSIFICATIONS, rotation=90, va="center")
     bar.ax.tick_params(length=0)
     return bar
 
@@ -212,8 +215,8 @@ def plot_history(
         (default: up to 40); slopes: exponents s of laws t^s, such as -2 (k - n) for GALI_k of regular orbits; labels:
         write the exponents beside their lines.
     :Returns: Artists: points are the curves, lines the laws. Time is logarithmic; indicators that are logarithms are
-        drawn as such, not far below the limit (the dotted line). Regular orbits dark and solid, chaotic ones orange and
-        thin, undecided ones dotted; `missing` counts orbits of the choice without a record.
+        drawn as such, not far below the threshold (the dotted line). Regular orbits dark and solid, chaotic ones orange
+        and thin, undecided ones dotted; `missing` counts orbits of the choice without a record.
 
     Examples
     --------
@@ -258,12 +261,12 @@ def plot_history(
         drawn += ax.plot([first, last], [start, end], color="black", lw=1.2, ls=(0, (5, 2.5)), zorder=3)
         if labels:
             written.append(ax.text(last, end, rf"$t^{{{slope:g}}}$", va="bottom", ha="right", fontsize=9))
-    limit = float(np.median(chaos_map.limits[chaos_map.names.index(indicator), chosen]))
+    threshold = float(np.median(chaos_map.thresholds[chaos_map.names.index(indicator), chosen]))
     known = indicator_of(indicator, chaos_map)
     ax.set(xlabel="time $t$", ylabel=label_of(indicator, known))
-    ax.axhline(limit, color="0.5", lw=0.8, ls=(0, (1, 1.5)))
-    if not getattr(known, "above", True) and ax.get_ylim()[0] < 1.5 * limit:
+    ax.axhline(threshold, color="0.5", lw=0.8, ls=(0, (1, 1.5)))
+    if not getattr(known, "above", True) and ax.get_ylim()[0] < 1.5 * threshold:
         # room for the laws: chaotic orbits fall by hundreds of decades
         written.append(beyond(ax, f"curves go on down to {ax.dataLim.ymin:.3g}"))
-        ax.set_ylim(1.5 * limit, 0.05 * abs(limit))
+        ax.set_ylim(1.5 * threshold, 0.05 * abs(threshold))
     return Artists(curves, None, tuple(drawn), tuple(written), missing)

@@ -1,4 +1,4 @@
-"""Colour bars: arrows where values lie beyond them, and the limit of an indicator among the ticks."""
+"""Colour bars: arrows where values lie beyond them, and the threshold of an indicator among the ticks."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from .scales import Colouring, stepped
 
 
 def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
-    """Draw a colour bar with arrows where values lie beyond it and, for an indicator, its limit among the ticks."""
+    """Draw a colour bar with arrows where values lie beyond it and, for an indicator, its threshold among the ticks."""
     values = colours.values[np.isfinite(colours.values)]
     scale = drawn.norm
     below = bool((values < scale.vmin).any())
     above = bool((values > scale.vmax).any())
     extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[below, above]
-    limit = colours.limit
-    if limit is None or not scale.vmin < limit < scale.vmax:
+    threshold = colours.threshold
+    if threshold is None or not scale.vmin < threshold < scale.vmax:
         return ax.figure.colorbar(drawn, ax=ax, label=colours.label, extend=extend)
     bar = ax.figure.colorbar(drawn, ax=ax, label=colours.label, extend=extend, spacing="uniform")
-    room = [(scale.vmax - limit) / 8, (limit - scale.vmin) / 8]  # no tick so close to the limit
+    room = [(scale.vmax - threshold) / 8, (threshold - scale.vmin) / 8]  # no tick so close to the threshold
     if getattr(scale, "vcenter", None) is None:
         room = [(scale.vmax - scale.vmin) / 16] * 2
-    ticks = [t for t in _ticks(scale.vmin, limit) if t < limit - room[1]] + [
-        t for t in _ticks(limit, scale.vmax) if t > limit + room[0]
+    ticks = [t for t in _ticks(scale.vmin, threshold) if t < threshold - room[1]] + [
+        t for t in _ticks(threshold, scale.vmax) if t > threshold + room[0]
     ]
-    labels = [*(f"{t:g}" for t in ticks), f"limit {limit:.3g}"]
-    bar.set_ticks([*ticks, limit], labels=[text.replace("-", "\N{MINUS SIGN}") for text in labels])
+    labels = [*(f"{t:g}" for t in ticks), f"threshold {threshold:.3g}"]
+    bar.set_ticks([*ticks, threshold], labels=[text.replace("-", "\N{MINUS SIGN}") for text in labels])
     bar.ax.get_yticklabels()[-1].set_fontweight("bold")
-    bar.ax.axhline(limit, color="black", lw=1.6)
+    bar.ax.axhline(threshold, color="black", lw=1.6)
     if colours.falling:
         bar.ax.invert_yaxis()
     for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")) if stepped(colours) else ():

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from ..core.classification import Classification
 from ..core.numbers import entries, reals
 from ..core.status import Status
-from ..frequencies.frequencies import FrequencyKind, FrequencyMap
+from ..frequencies.frequencies import FrequencyMap
 from ..frequencies.own_lines import TURN, by_own_lines, in_time
 from ..frequencies.tunes import Tunes
 from ..runs.schemes.catalogue import ITERATION
@@ -49,15 +50,17 @@ def plot_frequency_map(
 
     :Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a
         body, the first two rows to the third one for other flows of three coordinates or more, else the two rows;
-        frequencies: (n, orbits) those drawn, such as `freq.nu` or `freq.leading`, by default as in `frequency`; values:
-        colours (orbits,), the name of a column of the map or a `Colouring` of another result of the same orbits, by
-        default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in `plot_section`; lines:
-        integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance
-        k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios and ``|k1| + |k2|`` of
-        tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default
-        of all orbits or, where a few or irregular ones lie far away, of the others; a note has the number beyond.
+        frequencies: (n, orbits) those drawn, such as `freq.nu` or `freq.dominant`, by default as in `frequency`;
+        values: colours (orbits,), the name of a column of the map or a `Colouring` of another result of the same
+        orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in `plot_section`;
+        lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a
+        resonance k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios and ``|k1| +
+        |k2|`` of tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1),
+        by default of all orbits or, where a few or irregular ones lie far away, of the others; a note has the number
+        beyond.
 
-    A note has the number of regular orbits that are drawn by another basis, not by the leading line of each coordinate.
+    A note has the number of regular orbits that are drawn by another basis, not by the dominant line of each
+    coordinate.
 
     :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
         above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
@@ -137,10 +140,10 @@ def _plane(found: Any, x: str | None, y: str | None) -> tuple[str, str]:
 
 
 def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
-    """Return the note on the number of regular orbits drawn by other frequencies than the leading lines."""
+    """Return the note on the number of regular orbits drawn by other frequencies than the dominant lines."""
     if not by_own_lines(found):
         return []
-    off = np.abs(frequencies_of(found, frequencies) - found.leading) > found.error + found.leading_error
+    off = np.abs(frequencies_of(found, frequencies) - found.dominant) > found.error + found.dominant_error
     many = np.count_nonzero(off.any(axis=0) & found.regular & good)
     return [f"{many} of {np.count_nonzero(good)} orbits by another basis"] if many else []
 
@@ -179,7 +182,7 @@ def _one_frequency(found: Any, ax: Any) -> Artists:
     """Draw the only frequency of a system of one degree of freedom, from orbit to orbit, chaotic ones grey."""
     good = (found.status == Status.OK) & np.isfinite(found.error[0])
     numbers = np.flatnonzero(good)
-    calm = found.kind[good] != FrequencyKind.IRREGULAR
+    calm = found.classification[good] != Classification.IRREGULAR
     points = ax.scatter(numbers, found.nu[0, good], c=np.where(calm, DARK, GREY), s=12.0, linewidths=0)
     ax.set(xlabel="orbit", ylabel=f"${symbol(f'nu_{found.names[0]}')}$")
     carry(points, numbers, found.nu[0, good], numbers)

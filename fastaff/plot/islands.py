@@ -23,8 +23,8 @@ def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str
     Examples
     --------
     >>> angle = 2 * np.pi * 0.381966 * np.arange(500)
-    >>> turning = fa.rotation_number([np.cos(angle), np.sin(angle)])
-    >>> fa.plot.plot_rotation(turning).missing
+    >>> rotation = fa.rotation_number([np.cos(angle), np.sin(angle)])
+    >>> fa.plot.plot_rotation(rotation).missing
     0
     """
     rotation = np.atleast_1d(result.rotation)
@@ -69,7 +69,7 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
     points = carry(ax.scatter(u, v, s=10, c=colours or DARK, zorder=4), u, v, orbit, island)
     ellipses = []
     for a, b, k, i, colour in zip(u, v, orbit, island, colours):
-        width, height = result.extents[:, i, k]
+        width, height = 2 * result.semi_axes[:, i, k]
         if np.isfinite(width) and np.isfinite(height):
             ellipses.append(ax.add_patch(Ellipse((a, b), width, height, fill=False, ec=colour, lw=1.0, zorder=4)))
     written = []

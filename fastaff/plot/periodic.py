@@ -1,4 +1,4 @@
-"""Marks of periodic orbits on sections, by stability, with their periods and residues.
+"""Marks of periodic orbits on sections, by stability, with their numbers of crossings and residues.
 
 As in `fastaff.plot`, the function takes `ax=` and returns the artists it made. Kinds differ by shape and by lightness,
 not by colour alone.
@@ -42,11 +42,11 @@ def plot_periodic(
     legend: bool = True,
     fontsize: float = 8.0,
 ) -> Artists:
-    """Mark the crossings of periodic orbits on the axis of a section and label each orbit once with its period and
-    residue.
+    """Mark the crossings of periodic orbits on the axis of a section and label each orbit once with its crossings
+    and residue.
 
     :Parameters: orbits: PeriodicOrbits; those not OK are not drawn; x, y: names of coordinates or momenta (of the
-        chart, for a body), by default those free on the section; labels: write "period: residue" beside the crossing
+        chart, for a body), by default those free on the section; labels: write "crossings: residue" beside the crossing
         with most room; legend: name the marks; fontsize in points.
     :Returns: Artists: points are the lines of marks, one for each kind; `missing` counts orbits not drawn. A click
         picks orbit and crossing.
@@ -92,7 +92,7 @@ def _name(kind: Stability) -> str:
 
 
 def _coordinates(orbits: PeriodicOrbits, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return names and values (names, period, orbits) of all coordinates of the crossings."""
+    """Return names and values (names, crossings, orbits) of all coordinates of the crossings."""
     if len(orbits.points) != 8:
         return orbits.names, on_one_sheet(orbits.points, orbits.names)
     return (*chart.names, *chart.momenta), in_chart(orbits.points, chart)
@@ -131,13 +131,13 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
     frame = np.array([ax.bbox.min, ax.bbox.max])
     written = []
     for o in np.flatnonzero(drawn):
-        text = f"{orbits.period[o]}: ${_number(orbits.residue[o])}$"
+        text = f"{orbits.crossings[o]}: ${_number(orbits.residue[o])}$"
         half = np.array([0.28 * unit * (len(_number(orbits.residue[o])) + 3), 0.6 * unit])
         best = -np.inf
         place = np.zeros(2)
         side = np.zeros(2)
         at = 0
-        for j in range(orbits.period[o]):
+        for j in range(orbits.crossings[o]):
             for angle in np.arange(8) * np.pi / 4:
                 direction = np.array([np.cos(angle), np.sin(angle)])
                 centre = pixels[o, j] + direction * (half + 0.7 * unit)

@@ -234,7 +234,7 @@ def plot_density(
     state: State | VibrationState,
     *,
     ax: Any = None,
-    body: Any = None,
+    model: Any = None,
     chart: Chart | None = None,
     limits: Sequence[Any] | None = None,
     points: int = 241,
@@ -244,7 +244,7 @@ def plot_density(
     """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary
     det phi = 0; for a vibration the density of its two coordinates, without chart.
 
-    :Parameters: state: such as `wavefunction` and `LevelTable.state` return; body: its Body, for the classical turning
+    :Parameters: state: such as `wavefunction` and `LevelTable.state` return; model: its Body, for the classical turning
         curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E, for a vibration V = E; chart: ALPHA_BETA, R_VARTHETA or
         TWO_POLAR (default: the state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the
         probability at either end, with the allowed region of the body if it is bounded; points: along each axis; norm:
@@ -257,18 +257,18 @@ def plot_density(
     Examples
     --------
     >>> body = fa.Body(fa.Harmonic())
-    >>> drawn = fa.plot.plot_density(fa.quantum.wavefunction(body, m=1, l=1, n=(1, 0)), body=body, points=41)
+    >>> drawn = fa.plot.plot_density(fa.quantum.wavefunction(body, m=1, l=1, n=(1, 0)), model=body, points=41)
     >>> drawn.points.get_array().shape
     (41, 41)
     """
     if isinstance(state, VibrationState):
-        return _vibration(state, ax, body, limits, points, norm, colorbar)
+        return _vibration(state, ax, model, limits, points, norm, colorbar)
     chosen = chart or state.chart
     if getattr(chosen, "name", None) not in [known.name for known in CHARTS]:
         raise ValueError(
             f"chart must be {', '.join(known.name for known in CHARTS)}, got {getattr(chosen, 'name', chosen)!r}"
         )
-    (x0, x1), (y0, y1) = limits or _frame(state, chosen, body)
+    (x0, x1), (y0, y1) = limits or _frame(state, chosen, model)
     x = np.linspace(x0, x1, points)
     y = np.linspace(y0, y1, points)
     X, Y = np.meshgrid(x, y)
@@ -276,10 +276,10 @@ def plot_density(
     alpha, beta = _radii(chosen, X, Y)
     inside = (alpha >= 0) & (beta >= 0)
     lines = []
-    if body is not None:
-        if not hasattr(body, "potential"):
-            raise TypeError(f"body must be the Body of the state, got {shown(body)}")
-        left = np.where(inside, _left(body, state, alpha, beta), np.nan)
+    if model is not None:
+        if not hasattr(model, "potential"):
+            raise TypeError(f"model must be the Body of the state, got {shown(model)}")
+        left = np.where(inside, _left(model, state, alpha, beta), np.nan)
         lines.append(ax.contour(x, y, left, levels=[0.0], colors="white", linewidths=1.1))
     gap = alpha - beta  # 2 det phi/(alpha + beta)
     if gap.min() < 0 < gap.max():
@@ -295,7 +295,7 @@ def plot_density(
 
 
 def _vibration(
-    state: VibrationState, ax: Any, body: Any, limits: Any, points: int, norm: Any, colorbar: bool
+    state: VibrationState, ax: Any, model: Any, limits: Any, points: int, norm: Any, colorbar: bool
 ) -> Artists:
     """Draw the density of a vibration of two coordinates, with the curve V = E."""
     lattice = state.lattice
@@ -309,8 +309,8 @@ def _vibration(
     X, Y = np.meshgrid(x, y)
     image = _image(ax, state.density(np.array([X, Y])), x, y, norm)
     lines = []
-    if body is not None:
-        height = potential_of(body)(np.array([X, Y])) - state.energy
+    if model is not None:
+        height = potential_of(model)(np.array([X, Y])) - state.energy
         lines.append(ax.contour(x, y, np.minimum(height, abs(state.energy)), [0.0], colors="white", linewidths=1.1))
     _cased(lines)
     first, second = (f"${symbol(name)}$" for name in lattice.names)
@@ -359,7 +359,7 @@ def _radii(chart: Chart, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.n
     return x, y
 
 
-def _left(body: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+def _left(model: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
     """Return a function that is negative where motion of the state's energy and angular momenta is allowed, positive
     elsewhere.
 
@@ -370,15 +370,15 @@ def _left(body: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndar
     with np.errstate(all="ignore"):
         A = alpha**2
         B = beta**2
-        margin = np.broadcast_to(body.potential.margin(A, B), A.shape)
-        V = body.potential.value(A, B)
+        margin = np.broadcast_to(model.potential.margin(A, B), A.shape)
+        V = model.potential.value(A, B)
         for number, square in ((m - l, A), (m + l, B)):
-            V = V + (number * state.hbar) ** 2 / (8 * body.mu * square) if number else V
+            V = V + (number * state.hbar) ** 2 / (8 * model.mu * square) if number else V
         height = np.tanh((V - state.energy) / max(abs(state.energy), 1e-300))
         return np.where(margin > 0, np.where(np.isnan(height), 1.0, height) * margin, TINY - margin)
 
 
-def _frame(state: Any, chart: Chart, body: Any) -> tuple[tuple[float, float], tuple[float, float]]:
+def _frame(state: Any, chart: Chart, model: Any) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the frame of nearly all of the probability, from its marginals on a grid of rho and vartheta, with the
     region that the energy allows to a body.
     """
@@ -388,8 +388,8 @@ def _frame(state: Any, chart: Chart, body: Any) -> tuple[tuple[float, float], tu
     near = state.density(rho[:, None] ** 2, v[::12], R_VARTHETA).sum(axis=1) * rho**2
     kept = near > 1e-12 * near.max()
     allowed = np.zeros(R.shape, bool)
-    if hasattr(body, "potential"):
-        allowed = _left(body, state, R * np.cos(angle / 2), R * np.sin(angle / 2)) < 0
+    if hasattr(model, "potential"):
+        allowed = _left(model, state, R * np.cos(angle / 2), R * np.sin(angle / 2)) < 0
         allowed &= ~allowed[-1].any()
     kept = kept | allowed.any(axis=1)
     allowed = allowed[kept]

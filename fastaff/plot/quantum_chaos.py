@@ -64,13 +64,15 @@ def plot_husimi(
     from matplotlib.colors import LinearSegmentedColormap, Normalize
 
     each = np.asarray(values, dtype=np.float64)
-    if each.shape != grid.cell.shape:
-        raise ValueError(f"values must have shape {grid.cell.shape}, one for each orbit of the grid, got {each.shape}")
+    if each.shape != grid.cell_index.shape:
+        raise ValueError(
+            f"values must have shape {grid.cell_index.shape}, one for each orbit of the grid, got {each.shape}"
+        )
     colours = LinearSegmentedColormap.from_list(
         "fastaff_husimi", ["#ffffff", "#f6d9b8", "#e39a4f", "#a8500b", "#4a1d00"]
     )
     top = float(np.max(each, where=np.isfinite(each), initial=0.0)) or 1.0 if peak is None else peak
-    image = np.ma.masked_invalid(grid.spread(each))
+    image = np.ma.masked_invalid(grid.to_grid(each))
     # Smooth between cells, as the function is; the section's edge is drawn by `boundary`.
     cells = ax.pcolormesh(
         *grid.axes, image.T, cmap=colours, norm=Normalize(0.0, top), rasterized=True, shading="gouraud"

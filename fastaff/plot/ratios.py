@@ -15,13 +15,13 @@ from ..frequencies.own_lines import in_time, own_lines
 
 
 def frequencies_of(found: Any, chosen: Any = None) -> np.ndarray:
-    """Return the frequencies (n, orbits) that figures draw, NaN where there are none: those chosen, or the leading line
-    of each coordinate, `leading`, but `nu` where that is a harmonic; for maps, tunes and bodies `nu`.
+    """Return the frequencies (n, orbits) that figures draw, NaN where there are none: those chosen, or the dominant
+    line of each coordinate, `dominant`, but `nu` where that is a harmonic; for maps, tunes and bodies `nu`.
     """
     if chosen is not None:
         values = an_array("frequencies", chosen)
         if values.shape != found.nu.shape or values.dtype.kind not in "iuf":
-            example = "found.nu or found.leading" if in_time(found) else "found.nu"
+            example = "found.nu or found.dominant" if in_time(found) else "found.nu"
             raise ValueError(f"frequencies must be an array {found.nu.shape}, such as {example}, got {shown(chosen)}")
         return np.where(np.isfinite(found.error), values, np.nan)
     return own_lines(found)[0]
@@ -31,10 +31,10 @@ def frequency(frequency_map: Any, name: str, frequencies: Any = None) -> np.ndar
     """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
     "beta/alpha"; NaN of orbits that have none.
 
-    :Parameters: frequencies: (n, orbits) those of the coordinates, such as `freq.nu` or `freq.leading`. By default the
-        leading line of each coordinate, as the order of independent frequencies changes from orbit to orbit; `nu` where
-        that is a harmonic of another coordinate's own line and farther than a quarter from `nu` (the line 2 nu_z of a
-        star's R), as well as for maps and bodies.
+    :Parameters: frequencies: (n, orbits) those of the coordinates, such as `freq.nu` or `freq.dominant`. By default the
+        dominant line of each coordinate, as the order of independent frequencies changes from orbit to orbit; `nu`
+        where that is a harmonic of another coordinate's own line and farther than a quarter from `nu` (the line 2 nu_z
+        of a star's R), as well as for maps and bodies.
 
     Examples
     --------

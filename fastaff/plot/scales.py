@@ -1,9 +1,9 @@
-"""Colour scales and coloured values: scales of chaos follow from the limit of their indicator, not from the data.
+"""Colour scales and coloured values: scales of chaos follow from the threshold of their indicator, not from the data.
 
-Bright is chaotic: cividis has a step of lightness at the limit, so that the boundary between regular and chaotic is
-seen with any kind of colour vision, and in grey. The regular half runs from the value of a regular orbit to the limit,
-whatever the data: rounding noise of regular orbits does not look like chaos. Diffusion decides less sharply (slow chaos
-is below the limit); its scale has no step, but grey at the limit and ends that the limit sets.
+Bright is chaotic: cividis has a step of lightness at the threshold, so that the boundary between regular and chaotic is
+seen with any kind of colour vision, and in grey. The regular half runs from the value of a regular orbit to the
+threshold, whatever the data: rounding noise of regular orbits does not look like chaos. Diffusion decides less sharply
+(slow chaos is below the threshold); its scale has no step, but grey at the threshold and ends that the threshold sets.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .ratios import frequency
 from .style import PALE_END, colour_map, symbol
 
 STEP = (0.36, 0.66)
-"""The part of cividis that is left out at the limit."""
+"""The part of cividis that is left out at the threshold."""
 DIFFUSION = r"diffusion  $\log_{10}|\Delta\nu|$"
 SLOW = "diffusion"
 """A column that decides less sharply than the indicators."""
@@ -33,20 +33,21 @@ LABELS = {
     "diffusion": DIFFUSION,
     "energy_error": "energy error / largest kinetic energy",
     "counts": "crossings",
-    "period": "period in crossings",
+    "crossings": "crossings in a period",
+    "period": "period $T$",
     "time": "time $T$",
 }
 
 
 class Colouring(NamedTuple):
-    """Values of orbits (orbits,) as colours: the values, their label, the scale, its limit, the name of the column, and
-    whether chaos is below the limit.
+    """Values of orbits (orbits,) as colours: the values, their label, the scale, its threshold, the name of the column,
+    and whether chaos is below the threshold.
     """
 
     values: np.ndarray
     label: str
     norm: Any
-    limit: float | None = None
+    threshold: float | None = None
     name: str = ""
     falling: bool = False
 
@@ -72,59 +73,59 @@ def indicator_of(name: str, result: Any = None) -> Any:
         known: Any = GALI(int(name[5:]))
     else:
         known = next((entry for entry in INDICATORS.values() if entry.name == name), None)
-    looks = dict(zip(result.names, result.looks, strict=False)) if isinstance(result, ChaosMap) else {}
-    look = looks.get(name)
-    return known if look is None or (known is not None and IndicatorStyle.of(known) == look) else look
+    styles = dict(zip(result.names, result._styles, strict=False)) if isinstance(result, ChaosMap) else {}
+    style = styles.get(name)
+    return known if style is None or (known is not None and IndicatorStyle.of(known) == style) else style
 
 
-def limit_colours(falling: bool = False) -> Any:
+def threshold_colours(falling: bool = False) -> Any:
     """Return cividis with a step in its middle, the bright half on the side of chaos."""
     import matplotlib
     from matplotlib.colors import ListedColormap
 
     place = np.concatenate([np.linspace(0.0, STEP[0], 128), np.linspace(STEP[1], PALE_END, 128)])
-    return ListedColormap(matplotlib.colormaps["cividis"](place[::-1] if falling else place), name="fastaff_limit")
+    return ListedColormap(matplotlib.colormaps["cividis"](place[::-1] if falling else place), name="fastaff_threshold")
 
 
 def stepped(colours: Colouring) -> bool:
-    """Tell whether colours have a step at a limit: those of indicators, not those of diffusion."""
-    return getattr(colours.norm, "vcenter", None) is not None and colours.limit is not None and colours.name != SLOW
+    """Tell whether colours have a step at a threshold: those of indicators, not those of diffusion."""
+    return getattr(colours.norm, "vcenter", None) is not None and colours.threshold is not None and colours.name != SLOW
 
 
 def colours_of(colours: Colouring) -> Any:
-    """Return the map of colours: with a step at the limit of an indicator."""
-    return limit_colours(colours.falling) if stepped(colours) else colour_map()
+    """Return the map of colours: with a step at the threshold of an indicator."""
+    return threshold_colours(colours.falling) if stepped(colours) else colour_map()
 
 
-def limit_scale(values: Any, limit: float, regular: float | None = None) -> Any:
-    """Return a colour scale with the limit in its middle.
+def threshold_scale(values: Any, threshold: float, regular: float | None = None) -> Any:
+    """Return a colour scale with the threshold in its middle.
 
     On the side of `regular`, the value of a regular orbit, it ends there; on the other side it ends as far from the
-    limit or, if that is farther, at the 2nd or 98th percentile of the values beyond the limit. Without `regular` both
-    ends are such percentiles.
+    threshold or, if that is farther, at the 2nd or 98th percentile of the values beyond the threshold. Without
+    `regular` both ends are such percentiles.
     """
     from matplotlib.colors import TwoSlopeNorm
 
     values = np.asarray(values, dtype=np.float64)
     values = values[np.isfinite(values)]
-    below = values[values < limit]
-    above = values[values > limit]
+    below = values[values < threshold]
+    above = values[values > threshold]
     low = float(np.quantile(below, 0.02)) if below.size else math.nan
     high = float(np.quantile(above, 0.98)) if above.size else math.nan
-    if regular is not None and regular < limit:
+    if regular is not None and regular < threshold:
         low = regular
-        high = np.fmax(high, 2 * limit - regular)
-    elif regular is not None and regular > limit:
-        low = np.fmin(low, 2 * limit - regular)
+        high = np.fmax(high, 2 * threshold - regular)
+    elif regular is not None and regular > threshold:
+        low = np.fmin(low, 2 * threshold - regular)
         high = regular
-    other = np.nanmax([limit - low, high - limit, 0.0]) or 1.0
-    least = 1e-3 * max(other, abs(limit)) or 1e-3
-    low = limit - 0.5 * other if math.isnan(low) else min(low, limit - least)
-    high = limit + 0.5 * other if math.isnan(high) else max(high, limit + least)
-    return TwoSlopeNorm(limit, float(low), float(high))
+    other = np.nanmax([threshold - low, high - threshold, 0.0]) or 1.0
+    least = 1e-3 * max(other, abs(threshold)) or 1e-3
+    low = threshold - 0.5 * other if math.isnan(low) else min(low, threshold - least)
+    high = threshold + 0.5 * other if math.isnan(high) else max(high, threshold + least)
+    return TwoSlopeNorm(threshold, float(low), float(high))
 
 
-def diffusion_limit(time: float) -> float:
+def diffusion_threshold(time: float) -> float:
     """Return log10 of the change of a frequency, in cycles per unit time, that is chaos: 0.3 cycles over half the time,
     as for the indicator `FrequencyDiffusion`.
     """
@@ -132,8 +133,8 @@ def diffusion_limit(time: float) -> float:
 
 
 def diffusion_scale(time: float) -> Any:
-    """Return the colour scale of the diffusion over a time: eight decades below the limit of chaos and two above it,
-    whatever the data.
+    """Return the colour scale of the diffusion over a time: eight decades below the threshold of chaos and two above
+    it, whatever the data.
 
     Examples
     --------
@@ -141,21 +142,21 @@ def diffusion_scale(time: float) -> Any:
     >>> scale.vmax - scale.vmin
     10.0
     """
-    return scale_of("diffusion", (), diffusion_limit(time))
+    return scale_of("diffusion", (), diffusion_threshold(time))
 
 
-def scale_of(name: str, values: Any, limit: float | None, known: Any = None) -> Any:
-    """Return the colour scale of a column by its name, set by its limit where it has one and by what a regular orbit
-    reads, if its indicator, where it is known, says that.
+def scale_of(name: str, values: Any, threshold: float | None, known: Any = None) -> Any:
+    """Return the colour scale of a column by its name, set by its threshold where it has one and by what a regular
+    orbit reads, if its indicator, where it is known, says that.
     """
     from matplotlib.colors import TwoSlopeNorm
 
-    if limit is None:
+    if threshold is None:
         return clipped(values)
     if name == SLOW:
-        return TwoSlopeNorm(limit, limit - TOLD, limit + 2.0)
+        return TwoSlopeNorm(threshold, threshold - TOLD, threshold + 2.0)
     reads = getattr(known, "reads", None)
-    return limit_scale(values, limit, None if reads is None else float(reads(limit)))
+    return threshold_scale(values, threshold, None if reads is None else float(reads(threshold)))
 
 
 def clipped(values: Any) -> Any:
@@ -187,7 +188,7 @@ def each_value(values: Any) -> np.ndarray:
 
 
 def limited(norm: Any, vmin: float | None = None, vmax: float | None = None) -> Any:
-    """Return a scale with given ends; it keeps its limit if that lies between them. Raises ValueError
+    """Return a scale with given ends; it keeps its threshold if that lies between them. Raises ValueError
     for ends in the wrong order.
     """
     from matplotlib.colors import Normalize, TwoSlopeNorm
@@ -198,16 +199,18 @@ def limited(norm: Any, vmin: float | None = None, vmax: float | None = None) -> 
     high = norm.vmax if vmax is None else real("vmax", vmax)
     if not low < high:
         raise ValueError(f"vmin must be below vmax, got {low:g} and {high:g}")
-    limit = getattr(norm, "vcenter", None)
-    return Normalize(low, high) if limit is None or not low < limit < high else TwoSlopeNorm(limit, low, high)
+    threshold = getattr(norm, "vcenter", None)
+    return (
+        Normalize(low, high) if threshold is None or not low < threshold < high else TwoSlopeNorm(threshold, low, high)
+    )
 
 
 def colouring(result: Any, name: str | None = None, *, vmin: float | None = None, vmax: float | None = None) -> Any:
     """Return the colours of a result's orbits by one of its columns.
 
-    :Parameters: result: a ChaosMap, whose indicators have scales with their limits; a FrequencyMap, whose `diffusion`
-        has one too, and whose ratios of frequencies, "beta/alpha", are columns; any other result; name: of the column
-        (orbits,), by default the first indicator, or the diffusion; vmin, vmax: ends of the scale.
+    :Parameters: result: a ChaosMap, whose indicators have scales with their thresholds; a FrequencyMap, whose
+        `diffusion` has one too, and whose ratios of frequencies, "beta/alpha", are columns; any other result; name: of
+        the column (orbits,), by default the first indicator, or the diffusion; vmin, vmax: ends of the scale.
     :Returns: Colouring, which `plot_section`, `plot_diffusion_grid` and others take as `values`; orbits that are not OK
         have no value.
     :Raises: ValueError naming the columns.
@@ -222,12 +225,12 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
     fine = np.asarray(getattr(result, "status", 0)) == Status.OK
     if isinstance(result, ChaosMap) and (name is None or name in result.names):
         name = result.names[0] if name is None else name
-        values, limit = _chaos(result, name, fine)
-        return coloured(name, values, limit, vmin, vmax, result=result)
+        values, threshold = _chaos(result, name, fine)
+        return coloured(name, values, threshold, vmin, vmax, result=result)
     if isinstance(result, FrequencyMap) and name in (None, "diffusion"):
         values = np.where(fine, result.diffusion, np.nan)
-        limit = diffusion_limit(result.time)
-        return coloured("diffusion", values, limit, vmin, vmax)
+        threshold = diffusion_threshold(result.time)
+        return coloured("diffusion", values, threshold, vmin, vmax)
     values = _column(result, name)
     if name != "status":
         values = np.where(fine | (not hasattr(result, "status")), values, np.nan) if name not in KEPT else values
@@ -237,19 +240,19 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
 def coloured(
     name: str,
     values: np.ndarray,
-    limit: float | None,
+    threshold: float | None,
     vmin: float | None = None,
     vmax: float | None = None,
     *,
     norm: Any = None,
     result: Any = None,
 ) -> Colouring:
-    """Return the colours of orbits by values (orbits,) of that name, with the limit of chaos or None; norm: another
+    """Return the colours of orbits by values (orbits,) of that name, with the threshold of chaos or None; norm: another
     scale; result: the source of the values.
     """
     known = indicator_of(name, result)
-    norm = limited(norm or scale_of(name, values, limit, known), vmin, vmax)
-    return Colouring(values, label_of(name, known), norm, limit, name, not getattr(known, "above", True))
+    norm = limited(norm or scale_of(name, values, threshold, known), vmin, vmax)
+    return Colouring(values, label_of(name, known), norm, threshold, name, not getattr(known, "above", True))
 
 
 KEPT = ("counts", "status", "energy_error", "t")
@@ -258,8 +261,8 @@ KEPT = ("counts", "status", "energy_error", "t")
 
 def _chaos(result: ChaosMap, name: str, fine: np.ndarray) -> tuple[np.ndarray, float]:
     row = result.names.index(name)
-    limit = float(np.nanmedian(result.limits[row])) if np.isfinite(result.limits[row]).any() else 0.0
-    return np.where(fine, result.values[row], np.nan), limit
+    threshold = float(np.nanmedian(result.thresholds[row])) if np.isfinite(result.thresholds[row]).any() else 0.0
+    return np.where(fine, result.values[row], np.nan), threshold
 
 
 def _column(result: Any, name: str | None) -> np.ndarray:

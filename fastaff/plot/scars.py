@@ -37,7 +37,7 @@ def traced(model: SeparableModel, orbits: PeriodicOrbits, points: int = 400) -> 
     """
     found = np.full((len(orbits.z), points + 1, len(orbits)), np.nan)
     for k in np.flatnonzero(orbits.status == Status.OK):
-        run = integrate(model, orbits.z[:, k], time=float(orbits.time[k]), samples=points, accuracy=1e-8)
+        run = integrate(model, orbits.z[:, k], time=float(orbits.period[k]), samples=points, accuracy=1e-8)
         found[:, 0, k] = orbits.z[:, k]
         found[:, 1:, k] = run.samples.reshape(points, len(orbits.z)).T
     return found
@@ -54,7 +54,7 @@ def plot_scars(
 ) -> Artists:
     """Draw periodic orbits as curves of the first two coordinates, over the density of a state that axes already show.
 
-    :Parameters: orbits; model: that of the orbits, such as `reduced(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
+    :Parameters: orbits; model: that of the orbits, such as `reduced_body(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
         TWO_POLAR, that of `plot_density`, for bodies (default: ALPHA_BETA); points: along each. Solid: stable, dashed:
         unstable, white with a dark casing. alpha and beta are drawn positive. The limits of axes with something on them
         stay.

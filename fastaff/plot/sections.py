@@ -15,7 +15,7 @@ from ..sections.section_edge import Edge, edge
 from ..sections.section_map import SectionMap
 from ..systems.charts import ALPHA_BETA, Chart
 from ..systems.formulas.forced import PHASE
-from ..systems.models.sections import AngleEquals, Linear
+from ..systems.models.sections import AngleEquals, Hyperplane
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
 from .picking import carry
@@ -114,7 +114,7 @@ def plot_section(
 def _own_edge(found: Any) -> Edge:
     """Return the edge of a section at the energy, and for a body the angular momenta, of the orbits that cross it."""
     instead = "give boundary=fastaff.plot.edge(body, section, energy=...)"
-    body = argument_of(found, "body")
+    body = argument_of(found, "model")
     z0 = argument_of(found, "z0")
     if body is None or z0 is None:
         raise ValueError(f"boundary=True needs the call that made the map, with a model of the package: {instead}")
@@ -233,7 +233,7 @@ def words(status: Any) -> str:
         Status.OK: "without a value",
         Status.TOO_FEW_CROSSINGS: "few crossings",
         Status.NONFINITE: "became infinite",
-        Status.COLLAPSED: "left the domain",
+        Status.OUT_OF_DOMAIN: "left the domain",
         Status.STEP_TOO_SMALL: "step too small",
     }
     return known.get(Status(int(status)), Status(int(status)).name.lower().replace("_", " "))
@@ -275,7 +275,7 @@ def section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...]
 
 def _free_pair(section: Any, names: tuple[str, ...]) -> tuple[str, str]:
     """Return a coordinate that is free on the section and its momentum."""
-    if names[-2:] == PHASE and isinstance(section, Linear) and np.any(section.normal[-2:]):  # a phase of the force
+    if names[-2:] == PHASE and isinstance(section, Hyperplane) and np.any(section.normal[-2:]):  # a phase of the force
         names = names[:-2]
         return names[0], names[len(names) // 2]
     free = _free_coordinate(section, names)
@@ -283,7 +283,7 @@ def _free_pair(section: Any, names: tuple[str, ...]) -> tuple[str, str]:
 
 
 def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
-    if isinstance(section, (Linear, AngleEquals)):
+    if isinstance(section, (Hyperplane, AngleEquals)):
         own = int(np.flatnonzero(section.normal)[0]) % (len(names) // 2)
         return names[1 if own == 0 and len(names) > 2 else 0]
     chosen = getattr(section, "over", "beta")

@@ -30,7 +30,7 @@ def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
             'such as plt.scatter(starts["x"], starts["z"])'
         )
     if isinstance(starts, EnergyGrid):
-        return np.array([grid.ravel()[starts.cell] for grid in np.meshgrid(*starts.axes, indexing="ij")])
+        return np.array([grid.ravel()[starts.cell_index] for grid in np.meshgrid(*starts.axes, indexing="ij")])
     return starts.points
 
 
@@ -58,7 +58,7 @@ def cut_sides(ax: Any, grid: EnergyGrid | EnergySample) -> tuple[Any, ...]:
     words = []
     for k, (axis, name) in enumerate(zip(grid.axes, grid.names, strict=True)):
         whole = axis.size > 1 and abs((axis[-1] - axis[0]) / (2 * math.pi) - 1) < 1.5 / (axis.size - 1)
-        allowed = np.moveaxis(~grid.forbidden, k, 0).sum(axis=1)
+        allowed = np.moveaxis(~grid.inaccessible, k, 0).sum(axis=1)
         for end, beside, sign in () if whole or axis.size < 3 else ((0, 1, "<"), (-1, -2, ">")):
             at_zero = abs(axis[end]) <= 1.5 * abs(axis[end] - axis[beside])
             if not at_zero and allowed[end] > max(2, STEEP * allowed[beside]):
@@ -99,10 +99,10 @@ def plot_diffusion_grid(
     if isinstance(values, str) and values not in grid.names:
         raise TypeError(f"values must be numbers (orbits,), a result, or its colouring(result, {values!r}), got a text")
     at = places(grid)
-    colours = orbit_colours(grid, values, grid.cell.size, norm, vmin, vmax, label)
+    colours = orbit_colours(grid, values, grid.cell_index.size, norm, vmin, vmax, label)
     each = colours.values
     grey_cells(ax, grid, ~np.isfinite(each))
-    image = np.ma.masked_invalid(grid.spread(each))
+    image = np.ma.masked_invalid(grid.to_grid(each))
     cells = ax.pcolormesh(
         *map(cell_edges, grid.axes),
         image.T,
@@ -127,7 +127,7 @@ def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:
 
     if not chosen.any():
         return None
-    image = np.ma.masked_invalid(grid.spread(np.where(chosen, 1.0, np.nan)))
+    image = np.ma.masked_invalid(grid.to_grid(np.where(chosen, 1.0, np.nan)))
     return ax.pcolormesh(*map(cell_edges, grid.axes), image.T, cmap=ListedColormap([GREY]), rasterized=True)
 
 
@@ -155,8 +155,8 @@ def plot_starts(
             return plot_diffusion_grid(starts, values, ax=ax, **options)
         return _sample(starts, values, ax=ax, **options)
     at = places(starts)
-    if isinstance(starts, EnergyGrid) and starts.forbidden.any():
-        image = np.ma.masked_equal(starts.forbidden, False)
+    if isinstance(starts, EnergyGrid) and starts.inaccessible.any():
+        image = np.ma.masked_equal(starts.inaccessible, False)
         ax.pcolormesh(*map(cell_edges, starts.axes), image.T, cmap=ListedColormap(["0.9"]), rasterized=True)
     points = ax.scatter(*at, s=size, color=DARK, linewidths=0, rasterized=True)
     carry(points, at[0], at[1], np.arange(at.shape[1]))

@@ -23,7 +23,7 @@ def around_zero(found: Any, name: str, values: np.ndarray) -> np.ndarray:
     """Return the values (..., orbits) of a coordinate of a result, within half a period around 0 if it is an angle of
     its model that an orbit winds around.
     """
-    model = argument_of(found, "body") if name in found.names else None
+    model = argument_of(found, "model") if name in found.names else None
     row = found.names.index(name) if model is not None else 0
     periods = current_system(model).periods if model is not None else ()
     period = periods[row] if row < len(periods) else 0.0

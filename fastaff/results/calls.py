@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..core.foreign import dispatch_adapter
 from ..core.names import did_you_mean
-from ..core.numbers import reporter
+from ..core.numbers import checked_callback
 from .progress import watched
 
 Full = Callable[[Any, Any], Any]
@@ -96,7 +96,7 @@ ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_t
 """Names of arguments that common letters stand for."""
 
 
-OF_SYSTEMS = {"vector_potential", "period", "periods", "coordinates", "momenta"}
+OF_SYSTEMS = {"vector_potential", "drive_period", "periodic", "coordinates", "momenta"}
 """Arguments of systems, which are sometimes given to calls that take one, beside those of terms."""
 
 ELSEWHERE = {
@@ -105,7 +105,9 @@ ELSEWHERE = {
         ("chunks", "chunksize", "batch", "batch_size"), "fastaff.run(fastaff.Job(...), store) goes by parts"
     ),
     **dict.fromkeys(("n_jobs", "workers", "processes"), "threads= share a call, fastaff.run(job, store) processes"),
-    **dict.fromkeys(("progress", "verbose", "tqdm"), "fastaff.progress(False) silences what is said, report= is told"),
+    **dict.fromkeys(
+        ("progress", "verbose", "tqdm"), "fastaff.show_progress(False) silences what is said, callback= is told"
+    ),
 }
 """Arguments of other programs, each with its counterpart here."""
 
@@ -127,8 +129,8 @@ class NotSerializable(TypeError):
 def records_call(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function keep its call with the dataclass that it returns, as the attribute `call`.
 
-    `report` is no part of the call; it is checked here. A partial result of an interrupted call keeps the call too. If
-    arguments do not fit, the function itself raises.
+    `callback` is no part of the call; it is checked here. A partial result of an interrupted call keeps the call too.
+    If arguments do not fit, the function itself raises.
     """
     signature = inspect.signature(function)
 
@@ -139,13 +141,13 @@ def records_call(function: Callable[P, R]) -> Callable[P, R]:
         except TypeError:
             return _misfit(function, signature, given, named)
         bound.apply_defaults()
-        reporter(bound.arguments.get("report"))
+        checked_callback(bound.arguments.get("callback"))
         call = _call(function.__name__, bound.arguments)
         try:
-            told = bound.arguments.get("report") is not None
-            with contextlib.nullcontext() if told else watched(function.__name__) as report:
-                if report is not None and "report" in bound.arguments:
-                    named["report"] = report
+            told = bound.arguments.get("callback") is not None
+            with contextlib.nullcontext() if told else watched(function.__name__) as callback:
+                if callback is not None and "callback" in bound.arguments:
+                    named["callback"] = callback
                 result = function(*given, **named)
         except BaseException as problem:
             if dataclasses.is_dataclass(getattr(problem, "partial", None)):
@@ -193,7 +195,7 @@ def _call(name: str, given: dict[str, Any]) -> Call:
     arguments = {}
     missing = []
     for key, value in given.items():
-        if key != "report":
+        if key != "callback":
             try:
                 arguments[key] = encoded(value)
             except (NotSerializable, RecursionError):

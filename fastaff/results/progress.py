@@ -96,19 +96,19 @@ MARKS = 256
 
 
 class _Shown:
-    """Whether calls write progress: as `progress` was told, otherwise on terminals and in notebooks."""
+    """Whether calls write progress: as `show_progress` was told, otherwise on terminals and in notebooks."""
 
     wanted: bool | None = None
     busy = False
     line: _Line | None = None
 
 
-def progress(shown: bool = True) -> None:
+def show_progress(shown: bool = True) -> None:
     """Let long calls show their progress, or keep them silent.
 
     On terminals and in notebooks a call that takes more than 2 s writes a line, which goes when it ends: that it
     compiles and how long that takes on this machine, then the share that is done and the time left. Pipes, files and
-    tests get nothing. A call with a `report` writes no line and calls that instead.
+    tests get nothing. A call with a `callback` writes no line and calls it instead.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def progress(shown: bool = True) -> None:
 
     Examples
     --------
-    >>> fa.progress(False)
+    >>> fa.show_progress(False)
     """
     if not isinstance(shown, bool):
         raise TypeError(f"shown must be True or False, got {shown!r} ({type(shown).__name__})")
@@ -172,7 +172,7 @@ def _looked_at() -> bool:
 
 @contextlib.contextmanager
 def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
-    """Show the progress of a call, and yield the `report` that takes the fraction done; None where nobody looks, or
+    """Show the progress of a call, and yield the `callback` that takes the fraction done; None where nobody looks, or
     where it is part of a call that is watched.
     """
     if _Shown.busy or threading.current_thread() is not threading.main_thread() or not _looked_at():
@@ -192,7 +192,7 @@ def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
 
 def tell(name: str, fraction: float, said: str = "") -> None:
     """Write the fraction done and a text into the line of the call of this name, if it is watched: for calls without
-    `report`.
+    `callback`.
     """
     line = _Shown.line
     if line is not None and line.what == name and threading.current_thread() is threading.main_thread():
@@ -201,17 +201,17 @@ def tell(name: str, fraction: float, said: str = "") -> None:
 
 
 def says_progress(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function show its progress on a terminal or in a notebook, unless it is given `report` or `watch`."""
-    told = "report" in inspect.signature(function).parameters
+    """Let a function show its progress on a terminal or in a notebook, unless it is given `callback` or `on_chunk`."""
+    told = "callback" in inspect.signature(function).parameters
 
     @functools.wraps(function)
     def wrapped(*given: Any, **named: Any) -> Any:
-        if named.get("report") is not None or named.get("watch") is not None:
+        if named.get("callback") is not None or named.get("on_chunk") is not None:
             with silent():
                 return function(*given, **named)
-        with watched(function.__name__) as report:
-            if told and report is not None and "report" not in named:
-                named["report"] = report
+        with watched(function.__name__) as callback:
+            if told and callback is not None and "callback" not in named:
+                named["callback"] = callback
             return function(*given, **named)
 
     return cast(Callable[P, R], wrapped)
@@ -247,7 +247,7 @@ class _EarlierCompilations:
         known = {"sources": _sources(), "parts": sorted({*self.parts, *parts}), "speed": round(speed, 2)}
         with contextlib.suppress(OSError):
             write_atomically(
-                path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(known)), force=True
+                path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(known)), overwrite=True
             )
 
 

@@ -357,12 +357,12 @@ class Result(Drawable):
         """Raise OrbitError unless every item is OK; a result without statuses has none that failed."""
         outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
 
-    def save(self, path: StrPath, *, force: bool = False, **parameters: Any) -> Path:
+    def save(self, path: StrPath, *, overwrite: bool = False, **parameters: Any) -> Path:
         """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
         path.
         """
         imported("..exchange.files", __package__)  # which registers the writer
-        return saved(self, path, force=force, **parameters)
+        return saved(self, path, overwrite=overwrite, **parameters)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.

@@ -17,7 +17,7 @@ from ..core.numbers import Passes
 from ..core.status import Status
 from ..engine.threads import by_portions
 from .flow import Damping, Flow
-from .launch import Report
+from .launch import Callback
 from .scales import MotionScales
 from .schemes.catalogue import Collocation
 from .time_transformed import TransformedFlow
@@ -254,28 +254,27 @@ def refine_steps(
     flow: Flow | TransformedFlow,
     plan: Steps,
     accuracy: float,
-    run: Callable[[np.ndarray, np.ndarray, Damping | None, Report | None, Any], Any],
+    run: Callable[[np.ndarray, np.ndarray, Damping | None, Callback | None, Any], Any],
     compare: Callable[[Any, Any, np.ndarray, np.ndarray | None], tuple[np.ndarray, np.ndarray, np.ndarray]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
     drifts: Callable[[Any], np.ndarray],
     orbits: np.ndarray | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> None:
     """Run orbits, of these numbers or all, with their steps and with twice these; then run those whose errors are too
     large with shorter steps.
 
-    run(orbits, step, wear, report, fine) integrates the orbits of that index array, slowed where there is a wear, some
-    perhaps twice, and returns a run with a `status` (orbits,); the last of two counts if it stops; a run for comparison
-    with the run `fine` may end where the two become unrelated. compare(fine, coarse, orbits, weight) returns distances
-    of states and phases (moments, orbits), and the weight (moments or 1, orbits) of the error of a state, which it
-    takes over where it is given; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run,
-    in any thread; drifts(fine) tells which orbits (orbits,) lose their energy. Other orbits keep an error that no step
-    cures, as of chaotic ones, or that is mostly rounding's.
-    Cost: one and a half runs for most orbits; half a run more for driven ones and those whose error is too large: it
-    separates the scheme's error from rounding's.
+    run(orbits, step, wear, callback, fine) integrates the orbits of that index array, slowed where there is a wear,
+    some perhaps twice, and returns a run with a `status` (orbits,); the last of two counts if it stops; a run for
+    comparison with the run `fine` may end where the two become unrelated. compare(fine, coarse, orbits, weight) returns
+    distances of states and phases (moments, orbits), and the weight (moments or 1, orbits) of the error of a state,
+    which it takes over where it is given; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of
+    a run, in any thread; drifts(fine) tells which orbits (orbits,) lose their energy. Other orbits keep an error that
+    no step cures, as of chaotic ones, or that is mostly rounding's. Cost: one and a half runs for most orbits; half a
+    run more for driven ones and those whose error is too large: it separates the scheme's error from rounding's.
     """
     orbits = np.arange(len(plan.step)) if orbits is None else orbits
-    with Passes(report) as passes:
+    with Passes(callback) as passes:
         wear = damping_for(flow, plan)
         work = _work(plan.step)
         more = 0.0 if flow.adaptive else work * (0.5 if flow.system.driven else AGAIN)
@@ -331,11 +330,11 @@ def refine_steps(
             worn = None if worn is None else worn[..., again]
 
 
-def _both(run, orbits: np.ndarray, step: np.ndarray, wear: Damping, report: Report | None) -> tuple[Any, Any]:
+def _both(run, orbits: np.ndarray, step: np.ndarray, wear: Damping, callback: Callback | None) -> tuple[Any, Any]:
     """Return runs of the orbits with these steps, and slowed ones with twice these, made as one run."""
     count = orbits.size
     slowed = Damping(np.append(wear.share, np.zeros(orbits.size)), *(np.tile(x, 2) for x in wear[1:]))
-    both = run(np.tile(orbits, 2), np.append(2 * step, step), slowed, report, None)
+    both = run(np.tile(orbits, 2), np.append(2 * step, step), slowed, callback, None)
     return both.of(slice(count, None)), both.of(slice(count))
 
 

@@ -36,7 +36,7 @@ from ..engine.pointers import address
 from ..engine.threads import by_portions
 from ..systems.models.mechanics import System
 from . import observers
-from .launch import Report, launch, units
+from .launch import Callback, launch, units
 from .observers import Observer
 from .requirements import energy_drift
 from .schemes.catalogue import DOP853, Collocation, Nystrom, Scheme, Splitting
@@ -562,7 +562,7 @@ class Flow:
         time: float | np.ndarray,
         observations: int | np.ndarray = 0,
         refill: bool = False,
-        report: Report | None = None,
+        callback: Callback | None = None,
     ) -> None:
         """Advance the ensemble to `time`, perhaps one for each orbit, and update its status.
 
@@ -573,7 +573,7 @@ class Flow:
         begun = ensemble.of(np.arange(ensemble.status.size)) if known else None
         try:
             self.run(
-                ensemble, observer, memory, out, time=time, observations=observations, refill=refill, report=report
+                ensemble, observer, memory, out, time=time, observations=observations, refill=refill, callback=callback
             )
             if begun is not None:
                 mark_escapes(self, ensemble, begun, lambda: self._equal_steps(begun.status.size, time, observations)[2])
@@ -592,11 +592,11 @@ class Flow:
         time: float | np.ndarray,
         observations: int | np.ndarray = 0,
         refill: bool = False,
-        report: Report | None = None,
+        callback: Callback | None = None,
     ) -> None:
         """Advance the ensemble as `advance` does; an orbit that overflows is NONFINITE."""
         run = self._advance_adaptive if self.adaptive else self._advance_fixed
-        run(ensemble, observer, memory, out, time, observations, refill, report)
+        run(ensemble, observer, memory, out, time, observations, refill, callback)
 
     def states(self, z: np.ndarray) -> np.ndarray:
         """Return the model's phase points (2n, ...) from the rows z of an ensemble: the rows without an idle one, with
@@ -611,7 +611,9 @@ class Flow:
         idle = 2 * self.system.n - self.system.rows
         return section._replace(normal=(*section.normal, 0.0)) if idle else section
 
-    def trajectory(self, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
+    def trajectory(
+        self, ensemble: Ensemble, time: float, count: int, callback: Callback | None
+    ) -> tuple[np.ndarray, bool]:
         """Run to the end; return states (count, 2n, orbits) at equidistant times, NaN where not reached, and whether
         interrupted.
         """
@@ -621,10 +623,10 @@ class Flow:
         interrupted = False
         try:
             if count:
-                self.sampled(ensemble, count, time=time, states=states, report=report)
+                self.sampled(ensemble, count, time=time, states=states, callback=callback)
             else:
                 nothing = observers.nothing()
-                self.advance(ensemble, nothing, *no_memory(ensemble), time=time, observations=1, report=report)
+                self.advance(ensemble, nothing, *no_memory(ensemble), time=time, observations=1, callback=callback)
         except KeyboardInterrupt:
             interrupted = True
         self.states(states.transpose(2, 0, 1))
@@ -637,7 +639,7 @@ class Flow:
         *,
         time: float | np.ndarray,
         states: np.ndarray | None = None,
-        report: Report | None = None,
+        callback: Callback | None = None,
     ) -> np.ndarray:
         """Advance the ensemble to `time`; return `count` equidistant states (orbits, count, rows) of it, NaN where not
         reached.
@@ -650,11 +652,11 @@ class Flow:
         observer = observers.samples(rows)
         out = states.reshape(orbits, count * rows)
         memory = np.zeros((observer.rows, orbits))
-        self.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
+        self.advance(ensemble, observer, memory, out, time=time, observations=count, callback=callback)
         return states
 
     def damped(
-        self, ensemble: Ensemble, count: int, wear: Damping, *, time: float, report: Report | None
+        self, ensemble: Ensemble, count: int, wear: Damping, *, time: float, callback: Callback | None
     ) -> tuple[np.ndarray, bool]:
         """Run as `trajectory` does, while the momenta wear down, after each step or every WEAR_STEPS."""
         rows, orbits = ensemble.z.shape
@@ -672,7 +674,7 @@ class Flow:
         memory[at.left] = stride
         out = states.reshape(orbits, count * rows)
         try:
-            self.advance(ensemble, observer, memory, out, time=time, observations=count * stride, report=report)
+            self.advance(ensemble, observer, memory, out, time=time, observations=count * stride, callback=callback)
         except KeyboardInterrupt:
             interrupted = True
         return states.transpose(1, 2, 0), interrupted
@@ -685,7 +687,7 @@ class Flow:
         time: float,
         columns: int = 1,
         observations: int = 0,
-        report: Report | None = None,
+        callback: Callback | None = None,
     ) -> tuple[Ensemble, np.ndarray, np.ndarray]:
         """Run orbits from z0 (2n, orbits) to `time` under an observer, as in `advance`; return the ensemble, the
         observer's memory (rows, orbits), which is zero at the start, and its records (orbits, columns), else NaN.
@@ -694,10 +696,10 @@ class Flow:
         orbits = z0.shape[1]
         memory = np.zeros((observer.rows, orbits))
         out = np.full((orbits, columns), np.nan)
-        self.advance(ensemble, observer, memory, out, time=time, observations=observations, report=report)
+        self.advance(ensemble, observer, memory, out, time=time, observations=observations, callback=callback)
         return ensemble, memory, out
 
-    def _advance_adaptive(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
+    def _advance_adaptive(self, ensemble, observer, memory, out, time, observations, refill, callback) -> None:
         """Advance with step control; lanes are always refilled, so `refill` changes nothing."""
         orbits = ensemble.z.shape[1]
         unit = self._unit(orbits)
@@ -712,9 +714,9 @@ class Flow:
         )
         under_way = ensemble.orbits(memory, out)
         arguments = *stepping(self, "check"), observer.bound, steps, unit, under_way
-        launch(run_adaptive, arguments, units(orbits, unit), float(orbits), self.threads, report)
+        launch(run_adaptive, arguments, units(orbits, unit), float(orbits), self.threads, callback)
 
-    def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
+    def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, callback) -> None:
         """Advance each orbit with equal steps; `count` of the ensemble is the number of steps done."""
         orbits = ensemble.z.shape[1]
         every, total, h = self._equal_steps(orbits, time, observations)
@@ -733,7 +735,7 @@ class Flow:
         arguments = *how, observer.bound, steps, unit, ensemble.orbits(memory, out)
         try:
             work = float((total - ensemble.count).sum())
-            launch(kernel, arguments, units(orbits, unit), work, self.threads, report, work)
+            launch(kernel, arguments, units(orbits, unit), work, self.threads, callback, work)
         finally:
             ensemble.time[:] = ensemble.count * h
 
@@ -751,7 +753,7 @@ class Flow:
             h[:] = self.step
         return every, total, h
 
-    def locate(self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None) -> None:
+    def locate(self, section: Any, records: np.ndarray, where: np.ndarray, callback: Callback | None = None) -> None:
         """Turn the records numbered `where` into crossings of the section, in place."""
         if not where.size:
             return
@@ -773,7 +775,7 @@ class Flow:
         unit = portion if portion <= 8 * LANES else math.ceil(portion / 4)  # lanes of a unit take its next records
         arguments = *found, float(section.direction), records, where, unit
         steps = float(roots.USUAL * where.size)
-        launch(roots.locate, arguments, units(where.size, unit), float(where.size), self.threads, report, steps)
+        launch(roots.locate, arguments, units(where.size, unit), float(where.size), self.threads, callback, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""

@@ -20,7 +20,7 @@ from .accuracy import is_dominated, planned, refine_steps, until
 from .coordinates import chart_row
 from .flow import Damping, Ensemble, Flow, energy_error, mark_drift, no_memory
 from .given_orbits import SAMPLED
-from .launch import Report
+from .launch import Callback
 from .options import Options, Problem
 from .requirements import energy_drift
 from .scales import motion
@@ -90,7 +90,7 @@ class Orbits(Result):
 @coerces_arguments(z0=starts_of, scheme=scheme_of)
 @records_call
 def integrate(
-    body: Dynamics,
+    model: Dynamics,
     z0: Starts,
     *,
     time: float,
@@ -102,13 +102,13 @@ def integrate(
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> Orbits:
-    """Integrate orbits of `body` from `z0` over `time`.
+    """Integrate orbits of `model` from `z0` over `time`.
 
     Parameters
     ----------
-    body : model
+    model : model
         A model of `fastaff`, or one of your own.
     z0 : array (2n,) or (2n, orbits)
         Phase points at the start; or a grid or sample that has them, a PhaseSpacePosition of gala (in kpc and Myr), an
@@ -138,7 +138,7 @@ def integrate(
         more).
     threads : int, optional
         Number of threads (default: all cores).
-    report : callable, optional
+    callback : callable, optional
         Called with the fraction done.
 
     Returns
@@ -181,9 +181,16 @@ def integrate(
     array([0.09314])
     """
     options = Options(
-        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+        scheme,
+        step,
+        accuracy,
+        rtol=rtol,
+        atol=atol,
+        energy_tolerance=energy_tolerance,
+        threads=threads,
+        callback=callback,
     )
-    problem = Problem(body, z0, options)
+    problem = Problem(model, z0, options)
     time = problem.iterates("time", time)
     count = whole("samples", samples, 0)
     problem = problem.suited()
@@ -195,9 +202,9 @@ def integrate(
         raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
     goal = None if mapping else options.goal()
     work: Any = (
-        _Plain(flow, z, time, count, report)
+        _Plain(flow, z, time, count, callback)
         if goal is None
-        else _Accurate(flow, problem.system, z, time, count, goal, options.drift, report, scheme is None)
+        else _Accurate(flow, problem.system, z, time, count, goal, options.drift, callback, scheme is None)
     )
     with partial_result_on_interrupt("integrate", lambda: work.result(problem.system, options.drift, True)):
         work.run()
@@ -207,18 +214,18 @@ def integrate(
 class _Plain:
     """Orbits that are run once, with steps or tolerances that the user chose."""
 
-    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, report: Report | None):
+    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, callback: Callback | None):
         flow = flow.fitted(time, max(count, 1))  # the step that is used, which the result names
         self.flow = flow
         self.time = time
         self.count = count
-        self.report = report
+        self.callback = callback
         self.ensemble = flow.ensemble(z)
         self.samples = np.zeros((0, *z.shape))
 
     def run(self) -> None:
         """Run to the end, as far as Ctrl-C lets it."""
-        self.samples, interrupted = self.flow.trajectory(self.ensemble, self.time, self.count, self.report)
+        self.samples, interrupted = self.flow.trajectory(self.ensemble, self.time, self.count, self.callback)
         if interrupted:
             raise KeyboardInterrupt
 
@@ -261,7 +268,7 @@ class _Accurate:
         count: int,
         accuracy: float,
         drift: float,
-        report: Report | None,
+        callback: Callback | None,
         free: bool,
     ):
         self.flow = flow
@@ -271,7 +278,7 @@ class _Accurate:
         self.count = count
         self.accuracy = accuracy
         self.drift = drift
-        self.report = report
+        self.callback = callback
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
         self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))
@@ -283,7 +290,7 @@ class _Accurate:
     def run(self) -> None:
         """Run all orbits, a chunk at a time."""
         orbits = self.z.shape[1]
-        with Passes(self.report) as passes:
+        with Passes(self.callback) as passes:
             for start in range(0, orbits, CHUNK):
                 self.chunk = np.arange(start, min(start + CHUNK, orbits))
                 self.motion = motion(self.system, z := np.ascontiguousarray(self.z[:, self.chunk]), self.flow.threads)
@@ -296,11 +303,11 @@ class _Accurate:
                     if self.chunk.size:
                         self._stepped(np.ascontiguousarray(z), parts.take(1.0))
 
-    def _short(self, tolerance: np.ndarray, report: Report | None) -> np.ndarray:
+    def _short(self, tolerance: np.ndarray, callback: Callback | None) -> np.ndarray:
         how = self._toleranced, self._left, self._keep, lambda run: walled(self.system, run.states)
-        return refine_tolerances(tolerance, self.accuracy, *how, report)
+        return refine_tolerances(tolerance, self.accuracy, *how, callback)
 
-    def _stepped(self, z: np.ndarray, report: Report | None) -> None:
+    def _stepped(self, z: np.ndarray, callback: Callback | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
         given = (self.motion, self.time, self.accuracy)
         orbits = np.arange(len(self.chunk))
@@ -312,13 +319,15 @@ class _Accurate:
             steps, orbits = steps_for_remaining(steps, *given, self.error[:, self.chunk].max(axis=0), rest)
         if orbits.size:
             refine_steps(
-                self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report
+                self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, callback
             )
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
             lost = energy_error(self.system, self.ensemble.of(self.chunk))
             self._short(last(*given, self.error[0, self.chunk], lost), None)
 
-    def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
+    def _toleranced(
+        self, orbits: np.ndarray, tolerance: np.ndarray, callback: Callback | None, stop: float
+    ) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
         where = self.chunk[orbits]
         z = np.ascontiguousarray(self.z[:, where])
@@ -329,7 +338,7 @@ class _Accurate:
             flow = with_tolerance(self.flow, float(each))
             ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=self.motion.radius[orbits[part]])
             try:
-                whole.states[..., part] = self._moments(flow, ensemble, portion(report, number, len(every)), stop)
+                whole.states[..., part] = self._moments(flow, ensemble, portion(callback, number, len(every)), stop)
             except KeyboardInterrupt:
                 ensemble.status[:] = Status.INTERRUPTED
                 self.ensemble.take(where[part], ensemble)
@@ -338,17 +347,17 @@ class _Accurate:
             whole.ensemble.take(part, ensemble)
         return whole
 
-    def _moments(self, flow: Flow, ensemble: Ensemble, report: Report | None, stop: float) -> np.ndarray:
+    def _moments(self, flow: Flow, ensemble: Ensemble, callback: Callback | None, stop: float) -> np.ndarray:
         """Advance to the end, with the stops of STOPS; return the states that are compared (moments, 2n, orbits)."""
         if self.count:
-            states = flow.sampled(ensemble, self.parts, time=self.time, report=report).transpose(1, 2, 0)
+            states = flow.sampled(ensemble, self.parts, time=self.time, callback=callback).transpose(1, 2, 0)
         else:  # one run after the other: the interpolant would cost more
             states = np.empty((len(self.looks), *ensemble.z.shape))
             nothing = observers.nothing()
             for i, (now, moment) in enumerate(zip(states, self.looks, strict=True)):
-                told = portion(report, i, len(states))
+                told = portion(callback, i, len(states))
                 for end in (moment - (1 - stop) * self.looks[0], moment)[stop == 0 :]:
-                    flow.advance(ensemble, nothing, *no_memory(ensemble), time=float(end), report=told)
+                    flow.advance(ensemble, nothing, *no_memory(ensemble), time=float(end), callback=told)
                 now[:] = np.where(ensemble.status == Status.OK, ensemble.z, np.nan)
         for z in (states.transpose(1, 0, 2), ensemble.z):
             flow.states(z)
@@ -361,15 +370,15 @@ class _Accurate:
         return np.where(self._drifts(fine), np.inf, error), usual
 
     def _run(
-        self, orbits: np.ndarray, step: np.ndarray, wear: Damping | None, report: Report | None, _fine
+        self, orbits: np.ndarray, step: np.ndarray, wear: Damping | None, callback: Callback | None, _fine
     ) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
         if wear is None:
-            states, interrupted = flow.trajectory(ensemble, self.time, self.parts, report)
+            states, interrupted = flow.trajectory(ensemble, self.time, self.parts, callback)
         else:
-            states, interrupted = flow.damped(ensemble, self.parts, wear, time=self.time, report=report)
+            states, interrupted = flow.damped(ensemble, self.parts, wear, time=self.time, callback=callback)
         ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:

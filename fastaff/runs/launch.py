@@ -16,7 +16,7 @@ BRIEF = 10_000
 """Most steps of an orbit for which the caller's own thread does the work: Ctrl-C waits at most a fraction of a second,
 while another thread takes the time of a hundred steps to wake up.
 """
-Report = Callable[[float], None]
+Callback = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
 
 
@@ -26,7 +26,7 @@ def launch(
     progress: np.ndarray,
     work: float,
     threads: int,
-    report: Report | None,
+    callback: Callback | None,
     steps: float = math.inf,
 ) -> None:
     """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a
@@ -40,8 +40,8 @@ def launch(
     stop = np.zeros(1, np.int64)
 
     def tell() -> None:
-        if report is not None and work > 0:
-            report(min(1.0, float(progress.sum()) / work))
+        if callback is not None and work > 0:
+            callback(min(1.0, float(progress.sum()) / work))
 
     if (steps <= BRIEF or works()) and not JIT_DISABLED:
         few = 1 if steps <= BRIEF else own_threads(threads)
@@ -57,12 +57,12 @@ def launch(
     together(calls, halt, tell)
 
 
-def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: float = 1.0) -> Report | None:
-    """Return a report for a run whose orbits may end before `time`: it takes the fraction of all steps, and reports
+def early(callback: Callback | None, flow: Any, ensemble: Any, time: float, share: float = 1.0) -> Callback | None:
+    """Return a callback for a run whose orbits may end before `time`: it takes the fraction of all steps, and reports
     that of the steps needed, by the share that ended orbits have needed, or `share` while there are none.
     """
-    if report is None or flow.adaptive:  # which counts orbits
-        return report
+    if callback is None or flow.adaptive:  # which counts orbits
+        return callback
     steps = np.broadcast_to(flow.steps(time), ensemble.count.shape)
     begun = ensemble.count.copy()
 
@@ -70,7 +70,7 @@ def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: f
         taken = ensemble.count - begun
         ended = taken > 0
         need = taken[ended].sum() / steps[ended].sum() if ended.any() else share
-        report(min(1.0, fraction / need))
+        callback(min(1.0, fraction / need))
 
     return tell
 

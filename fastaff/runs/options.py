@@ -12,7 +12,7 @@ from ..core.numbers import numbers, positive, shown
 from ..engine.threads import checked_threads
 from ..systems.models.mechanics import System
 from .flow import Flow
-from .launch import Report
+from .launch import Callback
 from .requirements import (
     check_derivatives,
     check_given,
@@ -62,7 +62,7 @@ class Options:
     H(q, p); accuracy: error that the function's results may have, or step: the longest fixed step, one for all or
     (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme; energy_tolerance:
     energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT, None for DRIFT, or
-    DRIFTING times the accuracy where that is more; threads: None for all; report(fraction): called about ten times a
+    DRIFTING times the accuracy where that is more; threads: None for all; callback(fraction): called about ten times a
     second.
 
     :Raises: ValueError or TypeError for wrong input.
@@ -82,7 +82,7 @@ class Options:
     atol: float = 1e-12
     energy_tolerance: float | None = None
     threads: int | None = None
-    report: Report | None = None
+    callback: Callback | None = None
 
     def __post_init__(self) -> None:
         for name in ("rtol", "atol", "energy_tolerance"):
@@ -229,7 +229,7 @@ def plan(
     """
     system = checked_system(model)
     z = phase_points("z0", z0, system)
-    check_derivatives("body", system, z)
+    check_derivatives("model", system, z)
     if system.iterated:
         return _iterated(system, z, options)
     options = suited(options, system)

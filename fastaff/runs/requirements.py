@@ -58,13 +58,13 @@ REFUSALS = {
         "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}",
         "rates": "{argument} does not go with dz/dt = f(z), which has no energy; got {got}",
     },
-    "angles of coordinates alone": {
-        "drive": "angles must be given for {model}, which is driven and has none: of its coordinates, and of its time"
+    "signals of coordinates alone": {
+        "drive": "signals must be given for {model}, which is driven and has none: of its coordinates, and of its time"
     },
     "a return": {
-        "drive loss": "model {model} has a drive and {has}: write both as equations, fa.flow",
+        "drive loss": "model {model} has a drive and {has}: write both as equations, fa.ode",
         "loss": "model {model} {has} and no drive: it loses energy as long as it moves, so nothing returns; "
-        "with a drive, write both as equations, fa.flow",
+        "with a drive, write both as equations, fa.ode",
     },
     "a return at an energy": {
         "iterates": "energy is for systems in time: a map has none; got {got}",
@@ -360,12 +360,12 @@ def current_system(model: Any) -> System:
     return system_of(model)
 
 
-def checked_model(model: Any, name: str = "body", needs: str = "equations") -> Any:
+def checked_model(model: Any, name: str = "model", needs: str = "equations") -> Any:
     """Return `model` if it meets a need of NEEDS, see `checked_system`."""
     return checked_system(model, name, needs).model
 
 
-def checked_system(model: Any, name: str = "body", needs: str = "equations") -> System:
+def checked_system(model: Any, name: str = "model", needs: str = "equations") -> System:
     """Return the system of a user's model if it meets a need of NEEDS: a NamedTuple with the methods of the physics and
     finite parameters.
     """
@@ -547,7 +547,7 @@ def _parameters(name: str, value: Any) -> np.ndarray:
         raise type(problem)(f"{name} has a wrong parameter: {problem}") from None
 
 
-def checked_tangent_system(model: Any, name: str = "body") -> System:
+def checked_tangent_system(model: Any, name: str = "model") -> System:
     """Return the system of a user's model if tangent vectors can follow it: it has changes of its forces and, if not
     linear, velocities.
     """
@@ -562,7 +562,7 @@ def checked_tangent_system(model: Any, name: str = "body") -> System:
     except AttributeError as problem:
         raise TypeError(
             f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need "
-            "tangent_force(q..., dq...) of a model, curvatures of a potential, one_variable(value, slope, curvature) "
+            "tangent_force(q..., dq...) of a model, curvatures of a potential, univariate(value, slope, curvature) "
             "of a function"
         ) from None
     if any(map(np.iscomplexobj, change)):
@@ -594,13 +594,13 @@ def suited_scheme(scheme: Any, system: System) -> Any:
     """Return `scheme` if its order holds for the model."""
     if not getattr(scheme, "nystrom", False):
         return scheme
-    check_needs(system, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="body")
+    check_needs(system, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="model")
     if isinstance(scheme, Nystrom):
-        check_needs(system, "accelerations of the coordinates alone", got=scheme.name, argument="body")
+        check_needs(system, "accelerations of the coordinates alone", got=scheme.name, argument="model")
     if not system.quadratic:
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
-            f"body {type(system.model).__name__} is not: take KAHAN_LI8"
+            f"model {type(system.model).__name__} is not: take KAHAN_LI8"
         )
     return scheme
 
@@ -617,11 +617,7 @@ def checked_function(field: str, entry: Any) -> Any:
     """Return the entry of the field V_... if it is a function of one variable."""
     if not is_value(entry) or not hasattr(entry, "value"):
         angle = field in ("V_eta", "V_gamma")
-        what = (
-            "of the angle such as one_variable(f) or Zero()"
-            if angle
-            else "such as Oscillator(k=1.0) or one_variable(f)"
-        )
+        what = "of the angle such as univariate(f) or Zero()" if angle else "such as Oscillator(k=1.0) or univariate(f)"
         raise TypeError(f"{field} must be a function {what}, got {entry!r}")
     return entry
 
@@ -671,7 +667,7 @@ def checked_section(section: Any, system: System) -> Any:
         _check_timeless(section, system)
     elif rows % 2 and normal is None:
         raise TypeError(
-            f"section must be Linear or AngleEquals for an odd number of variables, here {rows}, got {section!r}"
+            f"section must be Hyperplane or AngleEquals for an odd number of variables, here {rows}, got {section!r}"
         )
     return section
 

@@ -20,7 +20,7 @@ from ..systems.models.pointwise import at_points
 from . import observers, scales
 from .coordinates import chart_row
 from .flow import Ensemble, Flow, energy_error, mark_drift, no_memory
-from .launch import Report
+from .launch import Callback
 from .options import Options, Plan, Problem
 from .requirements import carried, checked_tangent_system
 from .schemes.catalogue import Scheme, scheme_of
@@ -31,8 +31,8 @@ from .starts import starts_of
 class TangentMap(Result):
     """End states of orbits and of their tangent vectors.
 
-    z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), the images of the starting deviations[j]
-    under the derivative of the map; energy_error, status (orbits,), step and names as in `Orbits`.
+    z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), the images of the starting
+    deviation_vectors[j] under the derivative of the map; energy_error, status (orbits,), step and names as in `Orbits`.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -46,7 +46,7 @@ class TangentMap(Result):
 
     @property
     def matrix(self) -> np.ndarray:
-        """The vectors as columns, (2n, count, orbits): the monodromy matrix where the deviations were the unit
+        """The vectors as columns, (2n, count, orbits): the monodromy matrix where the deviation_vectors were the unit
         vectors.
         """
         return self.vectors.transpose(1, 0, 2)
@@ -58,27 +58,27 @@ class TangentMap(Result):
 @coerces_arguments(z0=starts_of, scheme=scheme_of)
 @records_call
 def tangent_map(
-    body: Dynamics,
+    model: Dynamics,
     z0: Starts,
     *,
     time: float,
-    deviations: ArrayLike | None = None,
+    deviation_vectors: ArrayLike | None = None,
     step: float | np.ndarray | None = None,
     scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> TangentMap:
-    """Integrate orbits of `body` from `z0` over `time` with tangent vectors.
+    """Integrate orbits of `model` from `z0` over `time` with tangent vectors.
 
     Parameters
     ----------
-    body, z0, time : as in `integrate`
-    deviations : array (count, 2n) or (count, 2n, orbits), optional
+    model, z0, time : as in `integrate`
+    deviation_vectors : array (count, 2n) or (count, 2n, orbits), optional
         Tangent vectors at the start, for all orbits or for each (default: the 2n unit vectors).
-    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
+    step, scheme, rtol, atol, energy_tolerance, threads, callback : as in `integrate`
 
     Returns
     -------
@@ -108,16 +108,16 @@ def tangent_map(
     np.float64(1.0)
     """
     options = Options(
-        scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+        scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, callback=callback
     )
-    problem = Problem(body, z0, options)
+    problem = Problem(model, z0, options)
     time = problem.iterates("time", time)
     flow, z, *_ = stable_plan(problem)
-    start = carried(checked_deviations(deviations, flow.states(z)), flow.system, 1)
+    start = carried(checked_deviations(deviation_vectors, flow.states(z)), flow.system, 1)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
     with partial_result_on_interrupt("tangent_map", lambda: _assembled(flow, ensemble, time, options.drift)):
-        flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)
+        flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, callback=callback)
     return _assembled(flow, ensemble, time, options.drift)
 
 
@@ -170,10 +170,10 @@ def fastest_rates(system: System, z: np.ndarray) -> np.ndarray:
     return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate
 
 
-def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:
+def checked_deviations(deviation_vectors: Any, z: np.ndarray) -> np.ndarray:
     """Return tangent vectors (count, 2n, orbits) for the orbits z (2n, orbits): the unit vectors for None."""
     rows, orbits = z.shape
-    given = np.eye(rows) if deviations is None else numbers("deviations", deviations)
+    given = np.eye(rows) if deviation_vectors is None else numbers("deviation_vectors", deviation_vectors)
     shapes = f"(count, {rows}) or (count, {rows}, {orbits})"
     if (
         given.ndim not in (2, 3)
@@ -181,7 +181,7 @@ def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:
         or given.shape[1] != rows
         or given.shape[2:] not in ((), (orbits,))
     ):
-        raise ValueError(f"deviations must have shape {shapes}, got {given.shape}")
+        raise ValueError(f"deviation_vectors must have shape {shapes}, got {given.shape}")
     if not np.isfinite(given).all():
-        raise ValueError("deviations must be finite")
+        raise ValueError("deviation_vectors must be finite")
     return np.array(np.broadcast_to(given.reshape(*given.shape[:2], -1), (given.shape[0], rows, orbits)))

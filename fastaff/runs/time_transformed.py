@@ -14,10 +14,10 @@ from ..core.status import Status
 from ..engine.kernels.crossings import LOCATED, NOTHING, RECORD
 from ..engine.kernels.time_levels import ROWS
 from ..systems.models.mechanics import System, system_of
-from ..systems.models.sections import Linear
+from ..systems.models.sections import Hyperplane
 from . import observers
 from .flow import Ensemble, Flow
-from .launch import Report, early
+from .launch import Callback, early
 from .observers import Observer
 from .requirements import energy_drift
 from .scales import typical_rate
@@ -122,7 +122,7 @@ class TransformedFlow:
         *,
         time: float,
         refill: bool = True,
-        report: Report | None = None,
+        callback: Callback | None = None,
     ) -> None:
         """Advance the ensemble until it has reached the model's time or the observer ends its orbits; see
         `Flow.advance`.
@@ -131,16 +131,16 @@ class TransformedFlow:
         running = (ensemble.status == Status.OK) & (ensemble.count < most)
         watcher = observers.either(observer, observers.beyond(self.row, 1.0))
         try:
-            self.flow.advance(ensemble, watcher, memory, out, time=most * self.step, refill=True, report=report)
+            self.flow.advance(ensemble, watcher, memory, out, time=most * self.step, refill=True, callback=callback)
         finally:
             tau = ensemble.z[self.row]
             exhausted = running & (ensemble.status == Status.OK) & (ensemble.count >= most) & (tau < 1.0)
             ensemble.status[exhausted] = Status.STEP_TOO_SMALL
             ensemble.time[:] = tau * self.model.time
 
-    def locate(self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None) -> None:
+    def locate(self, section: Any, records: np.ndarray, where: np.ndarray, callback: Callback | None = None) -> None:
         """Turn the records numbered `where` into crossings of a section of transformed states; drop late ones."""
-        self.flow.locate(section, records, where, report)
+        self.flow.locate(section, records, where, callback)
         tau = records[where, RECORD.state + self.row]
         records[where, RECORD.time] = tau * self.model.time
         records[where[(tau > 1.0) & (records[where, RECORD.kind] == LOCATED)], RECORD.kind] = NOTHING
@@ -149,7 +149,9 @@ class TransformedFlow:
         """Return the states one step later or earlier; see `Flow.shifted`."""
         return self.flow.shifted(z, steps)
 
-    def trajectory(self, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
+    def trajectory(
+        self, ensemble: Ensemble, time: float, count: int, callback: Callback | None
+    ) -> tuple[np.ndarray, bool]:
         """Run to the end; return states (count, 2n, orbits) at equidistant times, NaN where not reached, and whether
         interrupted.
 
@@ -166,8 +168,8 @@ class TransformedFlow:
         memory[ROWS.state :] = ensemble.z
         interrupted = False
         try:
-            told = early(report, self, ensemble, self.model.time, 1 / self.patience)
-            self.advance(ensemble, observer, memory, out, time=self.model.time, report=told)
+            told = early(callback, self, ensemble, self.model.time, 1 / self.patience)
+            self.advance(ensemble, observer, memory, out, time=self.model.time, callback=told)
         except KeyboardInterrupt:
             interrupted = True
         records = out.reshape(-1, width)
@@ -175,7 +177,7 @@ class TransformedFlow:
         where = np.flatnonzero(np.arange(count) < passed[:, None])
         normal = (0.0,) * self.row + (1.0,) + (0.0,) * (rows - self.row - 1)
         try:
-            self.flow.locate(Linear(normal), records, where)
+            self.flow.locate(Hyperplane(normal), records, where)
         except KeyboardInterrupt:
             interrupted = True
             left = where[records[where, RECORD.kind] != LOCATED]

@@ -19,7 +19,7 @@ from ..systems.models.mechanics import System
 from ..systems.models.pointwise import at_points
 from .accuracy import AGAIN, LOST, NOISE, Steps, effective_distance
 from .flow import Flow
-from .launch import Report
+from .launch import Callback
 from .scales import MotionScales
 from .schemes.catalogue import VERNER9
 from .trials import SPAN
@@ -184,26 +184,26 @@ def _usual(found: MotionScales, phase: np.ndarray) -> np.ndarray:
 def refine_tolerances(
     tolerance: np.ndarray,
     accuracy: float,
-    run: Callable[[np.ndarray, np.ndarray, Report | None, float], Any],
+    run: Callable[[np.ndarray, np.ndarray, Callback | None, float], Any],
     compare: Callable[[Any, Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
     walled: Callable[[Any], np.ndarray],
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> np.ndarray:
     """Run the orbits that have a tolerance (orbits,), which is not NaN, with pairs of tolerances; return the index
     array of those left over.
 
-    run(orbits, tolerance, report, stop) integrates orbits, stopping at one of STOPS, and returns a run with a `status`
-    (orbits,); compare(fine, coarse, orbits, tolerance) returns the errors (moments, orbits), inf where the fine run is
-    no good, and the usual ones of the tolerance; keep(orbits, fine, chosen, error) takes over the results numbered
-    `chosen`, also of orbits left over: there may be no better ones; walled(fine) tells which orbits get a third run in
-    any case.
-    Cost: 1.6 runs for most orbits, one to three more for others, 0.7 near walls and where errors are amplified.
+    run(orbits, tolerance, callback, stop) integrates orbits, stopping at one of STOPS, and returns a run with a
+    `status` (orbits,); compare(fine, coarse, orbits, tolerance) returns the errors (moments, orbits), inf where the
+    fine run is no good, and the usual ones of the tolerance; keep(orbits, fine, chosen, error) takes over the results
+    numbered `chosen`, also of orbits left over: there may be no better ones; walled(fine) tells which orbits get a
+    third run in any case. Cost: 1.6 runs for most orbits, one to three more for others, 0.7 near walls and where errors
+    are amplified.
     """
     orbits = np.flatnonzero(np.isfinite(tolerance))
     rest = [np.flatnonzero(np.isnan(tolerance))]
     tolerance = tolerance[orbits]
-    passes = Passes(report)
+    passes = Passes(callback)
     coarse: Any = run(orbits, RATIO * tolerance, passes.take(0.6, 1 + AGAIN), STOPS[1]) if orbits.size else None
     before: Any = 0.0
     for more in range(PAIRS - 1, -1, -1):

@@ -36,7 +36,7 @@ MARGIN = 0.03
 """Margin of a box beyond the chords on each side."""
 
 FACES = 2048
-"""Points of a face that must be forbidden."""
+"""Points of a face that must be inaccessible."""
 
 DECADES = 3
 """Decades of distances, in chords, in which minima of one depth lie where there is no end of them."""

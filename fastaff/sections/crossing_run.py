@@ -77,7 +77,7 @@ def crossed(
     system: System,
     z: np.ndarray,
     crossings: Crossings,
-    report,
+    callback,
     radius=None,
     wear=None,
     beside: ReferenceCrossings | None = None,
@@ -131,7 +131,7 @@ def crossed(
 
     with partial_result_on_interrupt("poincare_map", lambda: found(True)):
         start_crossings(flow, memory, section, ensemble)
-        follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
+        follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, callback)
     return found(False), ensemble.time
 
 
@@ -176,7 +176,7 @@ def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
 
 
 def follow_crossings(
-    flow: Flow | TransformedFlow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report
+    flow: Flow | TransformedFlow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, callback
 ) -> None:
     """Run, locate and drop false alarms until every orbit has its crossings or has ended.
 
@@ -190,8 +190,8 @@ def follow_crossings(
     looked = np.zeros(orbits, dtype=bool)
     interrupted = False
     parted = np.zeros(orbits, dtype=bool)
-    passes = Passes(report)
-    share = 1.0 if report is None else _share(flow, ensemble, wanted, max_time)
+    passes = Passes(callback)
+    share = 1.0 if callback is None else _share(flow, ensemble, wanted, max_time)
     # A crossing at the last step may be located a rounding of a step beyond it.
     late = LATE * np.where(np.isfinite(ensemble.ahead), np.abs(ensemble.ahead), 0.0)
     limit = max_time * (1 + START) + late
@@ -218,7 +218,7 @@ def follow_crossings(
     while True:
         try:
             told = early(passes.take(1.0, LATER), flow, ensemble, max_time, share)
-            flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, report=told)
+            flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, callback=told)
         except KeyboardInterrupt:
             interrupted = True
         try:

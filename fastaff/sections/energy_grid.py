@@ -31,14 +31,15 @@ ARRAYS = 32
 class EnergyGrid(Result):
     """Initial conditions on the cells of a grid over two section coordinates, or over any rows by name.
 
-    z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2, ...):
-    cells that the energy surface does not reach; axes and names: those of the grid, first along rows; `grid["p_beta"]`,
-    by name: the values of each orbit. section: the common one, which `poincare_map` takes from here, or None.
+    z0 (2n, orbits): the accessible cells; cell_index (orbits,): the flat index of each in the grid; inaccessible (n1,
+    n2, ...): cells that the energy surface does not reach; axes and names: those of the grid, first along rows;
+    `grid["p_beta"]`, by name: the values of each orbit. section: the common one, which `poincare_map` takes from here,
+    or None.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
-    cell: Annotated[np.ndarray, along("orbit")]
-    forbidden: Annotated[np.ndarray, along("first", "second")]
+    cell_index: Annotated[np.ndarray, along("orbit")]
+    inaccessible: Annotated[np.ndarray, along("first", "second")]
     axes: tuple[np.ndarray, ...]
     names: tuple[str, ...]
     energy: float
@@ -48,25 +49,25 @@ class EnergyGrid(Result):
         if name not in self.names:
             return None
         k = self.names.index(name)
-        return self.axes[k][np.unravel_index(self.cell, self.forbidden.shape)[k]]
+        return self.axes[k][np.unravel_index(self.cell_index, self.inaccessible.shape)[k]]
 
-    def spread(self, values: Any) -> np.ndarray:
-        """Return values (orbits,) as a masked (n1, n2, ...) array in which forbidden cells are masked."""
+    def to_grid(self, values: Any) -> np.ndarray:
+        """Return values (orbits,) as a masked (n1, n2, ...) array in which inaccessible cells are masked."""
         given = an_array("values", values)
-        if given.shape not in ((), self.cell.shape) or given.dtype.kind not in "biufc":
+        if given.shape not in ((), self.cell_index.shape) or given.dtype.kind not in "biufc":
             raise ValueError(
-                f"values must be numbers of shape {self.cell.shape}, one for each orbit, got {given.dtype} "
+                f"values must be numbers of shape {self.cell_index.shape}, one for each orbit, got {given.dtype} "
                 f"{given.shape}"
             )
-        array = np.ma.masked_all(self.forbidden.size, dtype=given.dtype)
-        array[self.cell] = values
-        return array.reshape(self.forbidden.shape)
+        array = np.ma.masked_all(self.inaccessible.size, dtype=given.dtype)
+        array[self.cell_index] = values
+        return array.reshape(self.inaccessible.shape)
 
 
 @coerces_arguments(section=section_of, axes=by_name, fixed=by_name)
 @records_call
 def energy_grid(
-    body: Dynamics,
+    model: Dynamics,
     *,
     energy: float | None = None,
     axes: Axes | str = "whole",
@@ -82,7 +83,7 @@ def energy_grid(
 
     Parameters
     ----------
-    body : model
+    model : model
         Any number n of degrees of freedom.
     energy : float, energy, optional
         None for a map.
@@ -107,7 +108,7 @@ def energy_grid(
     Returns
     -------
     `EnergyGrid`
-        Cells that the energy does not reach are in `forbidden` and have no orbit.
+        Cells that the energy does not reach are in `inaccessible` and have no orbit.
 
     Raises
     ------
@@ -119,7 +120,7 @@ def energy_grid(
     Notes
     -----
     Two arrays are (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning and
-    BetaEquals, and (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system of two
+    BetaEquals, and (q_j, p_j) of the other degree of freedom for Hyperplane sections q_i = offset of a system of two
     degrees of freedom. On a turning section the missing radius is a turning point: for direction +1 the inner one (the
     radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), for -1 and 0 the
     outer one; among several wells the outermost counts. On other sections the missing momentum has the sign of the
@@ -131,8 +132,8 @@ def energy_grid(
     it, else between the extrema of H along it, at all sizes. Among roots with a velocity of that sign the outermost
     counts. Coordinates with a period are modulo it.
 
-    Arrays by name run over coordinates q_i and momenta p_i. A Linear section of one row fixes that row; the section of
-    a coordinate q_i = c solves for p_i with the sign of its direction unless `solve` names another row. At rest the
+    Arrays by name run over coordinates q_i and momenta p_i. A Hyperplane section of one row fixes that row; the section
+    of a coordinate q_i = c solves for p_i with the sign of its direction unless `solve` names another row. At rest the
     axes are the angles of the direction in which V reaches the energy first, from the point given by `fixed`: "phi" for
     n = 2, with q = r (cos phi, sin phi); "theta", "phi" for n = 3, with q = r (sin theta cos phi, sin theta sin phi,
     cos theta); "theta_1", ..., "phi" beyond: box orbits. A map has no energy: its axes are any rows by name, beside
@@ -149,10 +150,10 @@ def energy_grid(
     Examples
     --------
     >>> grid = fa.energy_grid(fa.HenonHeiles(), energy=0.1, section="x=0", axes=([-0.2, 0.0, 0.6], [0.0, 0.1]))
-    >>> grid.z0.shape, int(grid.forbidden.sum())
+    >>> grid.z0.shape, int(grid.inaccessible.sum())
     ((4, 4), 2)
     """
-    system = current_system(body)
+    system = current_system(model)
     others = Others(fixed, solve, checked_sign(sign), at_rest)
     if section is None or are_named(axes) or others.given:
         return _grid_by_name(system, energy, axes, section, others, (p_eta, p_gamma))
@@ -181,16 +182,16 @@ def energy_grid(
 
 def grid_of(
     z0: np.ndarray,
-    cell: np.ndarray,
+    cell_index: np.ndarray,
     axes: tuple[np.ndarray, ...],
     names: tuple[str, ...],
     energy: float,
     section: Any = None,
 ) -> EnergyGrid:
     """Return the grid of some cells; the others count as those that the energy does not reach."""
-    forbidden = np.ones([axis.size for axis in axes], bool)
-    forbidden.ravel()[cell] = False
-    return EnergyGrid(z0, cell, forbidden, axes=axes, names=names, energy=energy, section=section)
+    inaccessible = np.ones([axis.size for axis in axes], bool)
+    inaccessible.ravel()[cell_index] = False
+    return EnergyGrid(z0, cell_index, inaccessible, axes=axes, names=names, energy=energy, section=section)
 
 
 def no_planes(p_eta: Any, p_gamma: Any) -> None:
@@ -233,7 +234,7 @@ def checked_surface(system: System, section: Any, energy: Any, p_eta: Any, p_gam
     p_eta = real("p_eta", p_eta)
     p_gamma = real("p_gamma", p_gamma)
     if system.n == 4 and not hasattr(system.model, "potential"):
-        raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {system.model!r}")
+        raise TypeError(f"model must be a Body with a doubly isotropic potential to have a grid, got {system.model!r}")
     if not system.isotropic and (p_eta or p_gamma):
         raise ValueError(
             f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(system.model).__name__}, "
@@ -259,7 +260,7 @@ def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray,
 
     A turning section has a sheet for each well of its radius, the outermost first; the others have one.
     """
-    body = where.body
+    body = where.model
     energy = where.energy
     system = where.system
     with np.errstate(all="ignore"):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..systems.models.mechanics import System, system_of
-from ..systems.models.reduced_body import reduced
+from ..systems.models.reduction import reduced_body
 from .allowed_region import Function
 
 RADII = np.geomspace(1e-8, 1e8, 129)
@@ -61,7 +61,7 @@ def _in_plane(system: System, p_eta: float, p_gamma: float) -> System:
     """Return the system of two coordinates at the angular momenta of a body's planes; any other system as it is."""
     if not system.isotropic:
         return system
-    return system_of(reduced(system.model, p_eta=p_eta, p_gamma=p_gamma))
+    return system_of(reduced_body(system.model, p_eta=p_eta, p_gamma=p_gamma))
 
 
 def _stationary(system: System) -> tuple[np.ndarray, np.ndarray]:
@@ -141,7 +141,7 @@ class Where(NamedTuple):
     p_gamma: float = 0.0
 
     @property
-    def body(self) -> Any:
+    def model(self) -> Any:
         """The model."""
         return self.system.model
 
@@ -157,8 +157,8 @@ class Where(NamedTuple):
         """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the
         sizes of its terms.
         """
-        potential = self.body.potential
-        mass = 2 * self.body.mu
+        potential = self.model.potential
+        mass = 2 * self.model.mu
         A = alpha * alpha
         B = beta * beta
         barrier = (self.p_eta / alpha) ** 2 if self.p_eta else 0.0

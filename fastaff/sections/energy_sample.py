@@ -15,7 +15,7 @@ from ..runs.requirements import checked_model, current_system
 from ..systems.formulas.section_text import section_of
 from ..systems.models.contracts import Dynamics, Section
 from ..systems.models.mechanics import System
-from ..systems.models.sections import AngleEquals, Linear
+from ..systems.models.sections import AngleEquals, Hyperplane
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes
 from .energy_limits import NotReached, Where
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
@@ -59,7 +59,7 @@ Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator | n
 @coerces_arguments(section=section_of, axes=by_name, fixed=by_name)
 @records_call
 def energy_sample(
-    body: Dynamics,
+    model: Dynamics,
     *,
     orbits: int,
     energy: float | None = None,
@@ -78,7 +78,7 @@ def energy_sample(
 
     Parameters
     ----------
-    body : model
+    model : model
         Any number n of degrees of freedom.
     orbits : int
         Number of points. The first points are the same for any number, and those of a `Job` with this seed.
@@ -108,10 +108,10 @@ def energy_sample(
     -----
     On a section of a body, or of a system of two degrees of freedom, points are uniform over (beta, p_beta) on
     AlphaTurning and AlphaEquals, over (alpha, p_alpha) on BetaTurning and BetaEquals, over beta and its momentum along
-    the section, p_beta + (beta/alpha) p_alpha, on AreaEquals, and over (q_j, p_j) on Linear. The return map preserves
-    this area dq dp, so the chaotic share of the points is that of the section's area. It is not the share of the energy
-    surface's volume, where each point counts with its return time. All wells have points, on a turning section those of
-    the turning radius too; sections of direction 0 on one of their two sides, as in `energy_grid`.
+    the section, p_beta + (beta/alpha) p_alpha, on AreaEquals, and over (q_j, p_j) on Hyperplane. The return map
+    preserves this area dq dp, so the chaotic share of the points is that of the section's area. It is not the share of
+    the energy surface's volume, where each point counts with its return time. All wells have points, on a turning
+    section those of the turning radius too; sections of direction 0 on one of their two sides, as in `energy_grid`.
 
     For any n, a section q_i = c is drawn in the volume of all other dq dp. Without a section the points are uniform on
     the energy surface, dq dp delta(E - H), whose means are the time averages of chaotic orbits (n of 2 or more; axes:
@@ -142,7 +142,7 @@ def energy_sample(
     count = whole("orbits", orbits, 1)
     fits("orbits", ARRAYS, count)
     seed = _seed(seed, rng)
-    system = current_system(body)
+    system = current_system(model)
     others = Others(fixed, solve, checked_sign(sign), at_rest)
     if section is None or not on_section(system, section, axes, others):
         source: Source = OfSource(source_of(system, energy, section, axes, others, (p_eta, p_gamma)))
@@ -151,7 +151,7 @@ def energy_sample(
         where = checked_surface(system, section, energy, p_eta, p_gamma)
         source = OnSection(where, ranges_to_draw(where, axes))
     found = EnergySample.concat([block_of(source, k, count, seed) for k in range(-(-count // BLOCK))])
-    return replace(found, section=section_of(section, body))
+    return replace(found, section=section_of(section, model))
 
 
 def on_section(system: System, section: Any, axes: Any = None, others: Others = NO_OTHERS) -> bool:
@@ -160,7 +160,7 @@ def on_section(system: System, section: Any, axes: Any = None, others: Others = 
     """
     by_rows = are_named(axes) or others.given or others.sign != 1
     plain = (
-        type(section) in (Linear, AngleEquals)
+        type(section) in (Hyperplane, AngleEquals)
         and not system.isotropic
         and getattr(system.model, "degrees_of_freedom", 2) != 2
     )

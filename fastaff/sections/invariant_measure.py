@@ -298,7 +298,7 @@ def measure_of(system: System, energy: float, section: Any, axes: Any) -> Measur
     names = system.names
     if n < 2:
         raise ValueError(
-            f"body must have two degrees of freedom or more, {type(system.model).__name__} has {n}: its "
+            f"model must have two degrees of freedom or more, {type(system.model).__name__} has {n}: its "
             "energy surface is one orbit, of which integrate gives points at equal times"
         )
     given = {} if axes is None else _ranges(axes, system)

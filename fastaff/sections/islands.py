@@ -7,12 +7,12 @@ SectionMap of a body: np.array([found["beta"], found["p_beta"]]).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.classification import Classification
 from ..core.numbers import an_array, fits, numbers, positive, whole
 from ..core.status import Status
 from ..engine.kernels.birkhoff import SHARPNESS
@@ -20,7 +20,7 @@ from ..frequencies.turning import unresolved
 from ..frequencies.windows import SPANS
 from ..results.progress import says_progress
 from ..results.result import Result, along
-from ..systems.models.sections import AngleEquals, Linear
+from ..systems.models.sections import AngleEquals, Hyperplane
 from .scatter import scattered
 from .section_map import SectionMap
 
@@ -46,15 +46,6 @@ CHAOS = 1.5
 """Digits fewer than asked for that a chaotic orbit must have: its rotation number converges like N^(-1/2)."""
 
 
-class SectionKind(IntEnum):
-    """Kind of an orbit by its points on a section."""
-
-    CURVE = 0
-    ISLANDS = 1
-    CHAOTIC = 2
-    UNDECIDED = 3
-
-
 @dataclass(frozen=True)
 class Rotation(Result):
     """Rotation numbers of section orbits: arrays over orbits.
@@ -76,41 +67,43 @@ class Rotation(Result):
 
 @dataclass(frozen=True)
 class Islands(Result):
-    """Kinds of section orbits, with the places and sizes of islands.
+    """Classes of section orbits, with the places and sizes of islands.
 
-    kind (orbits,) of `SectionKind`; turning: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q
-    islands, 0 where there is none; centres, extents (2, most, orbits): the mean point of each island in the order of
-    visits and its full size in the two coordinates, NaN past q; inner, inner_error (orbits,): turns about the first
-    island's centre in q crossings, NaN where q is 0; status (orbits,) of `Status`. Points that keep to q sectors
-    without going around the centre have p = 0.
+    classification (orbits,) of `Classification`: REGULAR, CHAOTIC, UNDECIDED or, for a chain of islands, RESONANT;
+    rotation: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q
+    islands, 0 where there is none; centres (2, islands, orbits): the mean point of each island in the order of visits;
+    semi_axes (2, islands, orbits): half of the range of its points in each coordinate; both NaN past q;
+    secondary_rotation, secondary_rotation_error (orbits,): turns about the first island's centre in q crossings, NaN
+    where q is 0; status (orbits,) of `Status`. Points that keep to q sectors without going around the centre have
+    p = 0.
     """
 
-    kind: Annotated[np.ndarray, along("orbit")]
-    turning: Annotated[Rotation, along("orbit")]
+    classification: Annotated[np.ndarray, along("orbit")]
+    rotation: Annotated[Rotation, along("orbit")]
     p: Annotated[np.ndarray, along("orbit")]
     q: Annotated[np.ndarray, along("orbit")]
     centres: Annotated[np.ndarray, along("coordinate", "island", "orbit", padded="island")]
-    extents: Annotated[np.ndarray, along("coordinate", "island", "orbit", padded="island")]
-    inner: Annotated[np.ndarray, along("orbit", unit="turns per period")]
-    inner_error: Annotated[np.ndarray, along("orbit", unit="turns per period")]
+    semi_axes: Annotated[np.ndarray, along("coordinate", "island", "orbit", padded="island")]
+    secondary_rotation: Annotated[np.ndarray, along("orbit", unit="turns per period")]
+    secondary_rotation_error: Annotated[np.ndarray, along("orbit", unit="turns per period")]
     status: Annotated[np.ndarray, along("orbit")]
 
     def table(self) -> list[tuple[int, int, int, tuple[float, float]]]:
-        """Return (p, q, orbits, largest extent of an island in each coordinate) of each chain, the shorter periods
-        first.
+        """Return (p, q, orbits, largest semi-axis of an island in each coordinate) of each chain, those of fewer
+        islands first.
         """
         chains = sorted({(int(q), int(p)) for p, q in zip(self.p, self.q, strict=True) if q})
         found = []
         for q, p in chains:
             own = (self.p == p) & (self.q == q)
-            size = np.fmax.reduce(self.extents[:, :, own].reshape(2, -1), axis=1)
+            size = np.fmax.reduce(self.semi_axes[:, :, own].reshape(2, -1), axis=1)
             found.append((p, q, int(own.sum()), (float(size[0]), float(size[1]))))
         return found
 
     def summary(self) -> str:
-        """Return one line with the number of orbits of each kind."""
-        kinds, counts = np.unique(self.kind, return_counts=True)
-        return "; ".join(f"{count} {SectionKind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
+        """Return one line with the number of orbits of each class."""
+        classes, counts = np.unique(self.classification, return_counts=True)
+        return "; ".join(f"{count} {Classification(code).name}" for code, count in zip(classes, counts, strict=True))
 
 
 @says_progress
@@ -161,7 +154,7 @@ def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None 
 
 @says_progress
 def islands(
-    points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None, max_period: int = 32, digits: float = 4.0
+    points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None, max_islands: int = 32, digits: float = 4.0
 ) -> Islands:
     """Distinguish invariant curves, chains of islands and chaotic orbits of a section.
 
@@ -169,15 +162,15 @@ def islands(
     ----------
     points, centre : as in `rotation_number`
         For a chain, the centre is a point between its islands, such as the elliptic fixed point that they surround.
-    max_period : int, default 32
-        Longest chain searched for.
+    max_islands : int, default 32
+        Largest number q of islands of a chain that is searched for.
     digits : float > 0, default 4
         Digits that the rotation number of a curve or chain must have.
 
     Returns
     -------
     `Islands`
-        The kind of each orbit, with rotation numbers, places and sizes of islands.
+        The classification of each orbit, with rotation numbers, places and sizes of islands.
 
     Raises
     ------
@@ -186,9 +179,9 @@ def islands(
 
     Notes
     -----
-    ISLANDS: the rotation number is p/q within its error, and the points visited every q-th time stay inside a sector of
-    angles of their own and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but no
-    turning back yet: a curve too close to p/q, or an island that turns too slowly, for this number of points. CURVE:
+    RESONANT: the rotation number is p/q within its error, and the points visited every q-th time stay inside a sector
+    of angles of their own and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but no
+    turning back yet: a curve too close to p/q, or an island that turns too slowly, for this number of points. REGULAR:
     all other orbits whose rotation number converges. CHAOTIC: it does not converge, and 200 points or more show chaos:
     they fill an area, and neighbours part until they are as far from each other as any two. UNDECIDED where neither is
     seen: close to a separatrix or a resonance a rotation number needs more crossings (thousands). q = 1 is an island
@@ -206,58 +199,66 @@ def islands(
     --------
     >>> turns = fa.poincare_map(fa.models.HenonMap(), [[0.1, 0.2], [0.0, 0.0]], crossings=1000)
     >>> print(fa.islands(turns).summary())
-    2 CURVE
+    2 REGULAR
     """
     points, counts = _checked(points)
-    max_period = whole("max_period", max_period, 1)
+    max_islands = whole("max_islands", max_islands, 1)
     digits = positive("digits", digits)
     middle = _centres(centre, points, counts)
-    turning = _rotation(points, counts, middle)
+    rotation = _rotation(points, counts, middle)
     orbits = counts.size
     rounded = _rounded(points, counts, middle)
-    fits("max_period", orbits, max_period, 4)
-    kind = np.where(
-        (turning.digits >= digits) & (turning.status == Status.OK), SectionKind.CURVE, SectionKind.UNDECIDED
+    fits("max_islands", orbits, max_islands, 4)
+    classification = np.where(
+        (rotation.digits >= digits) & (rotation.status == Status.OK), Classification.REGULAR, Classification.UNDECIDED
     )
-    for o in np.flatnonzero((turning.digits < digits - CHAOS) & (turning.status == Status.OK)):
-        kind[o] = SectionKind.CHAOTIC if scattered(rounded[o, : counts[o]]) else SectionKind.UNDECIDED
+    for o in np.flatnonzero((rotation.digits < digits - CHAOS) & (rotation.status == Status.OK)):
+        classification[o] = Classification.CHAOTIC if scattered(rounded[o, : counts[o]]) else Classification.UNDECIDED
     p, q = np.zeros((2, orbits), np.int64)
-    centres, extents = np.full((2, orbits, max_period, 2), np.nan)
-    inner, inner_error = np.full((2, orbits), np.nan)
+    centres, semi_axes = np.full((2, orbits, max_islands, 2), np.nan)
+    secondary_rotation, secondary_rotation_error = np.full((2, orbits), np.nan)
     size = np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1)
     still = size.max(axis=1) <= STILL * np.fmax.reduce(np.abs(points), axis=1).max(axis=1)
     # One island comes last: points that keep to one sector may still fall apart into several inside of it.
-    for period in (*range(2, max_period + 1), 1):
-        nearest = np.rint(period * turning.rotation)
-        near = np.abs(turning.rotation - nearest / period) <= turning.error
+    for period in (*range(2, max_islands + 1), 1):
+        nearest = np.rint(period * rotation.rotation)
+        near = np.abs(rotation.rotation - nearest / period) <= rotation.error
         if period == 1:  # a curve that closes turns by more than 1/counts
-            near &= (turning.error < 0.5 / np.maximum(counts, 1)) | still
+            near &= (rotation.error < 0.5 / np.maximum(counts, 1)) | still
         else:
             near &= ~still
-        tried = np.flatnonzero(near & (kind == SectionKind.CURVE) & (counts >= 4 * period))
+        tried = np.flatnonzero(near & (classification == Classification.REGULAR) & (counts >= 4 * period))
         if not tried.size:
             continue
         sub = _visits(points[tried], counts[tried], period)
         apart, returns = _sectors(_visits(rounded[tried], counts[tried], period))
         returns |= still[tried]
-        kind[tried[apart]] = np.where(returns[apart], SectionKind.ISLANDS, SectionKind.UNDECIDED)
+        classification[tried[apart]] = np.where(returns[apart], Classification.RESONANT, Classification.UNDECIDED)
         found = tried[apart]
         p[found] = np.where(2 * nearest[found] == -period, period / 2, nearest[found])
         q[found] = period
         sub = sub[apart]
         visits = (counts[found] + period - 1) // period
-        extents[found, :period] = np.fmax.reduce(sub, axis=1) - np.fmin.reduce(sub, axis=1)
+        semi_axes[found, :period] = (np.fmax.reduce(sub, axis=1) - np.fmin.reduce(sub, axis=1)) / 2
         for island in range(period):
             number = (counts[found] - island + period - 1) // period
             centres[found, island] = _mean(sub[:, :, island], number)
         own = _rotation(sub[:, :, 0], visits, centres[found, 0])
-        inner[found] = own.rotation
-        inner_error[found] = own.error
+        secondary_rotation[found] = own.rotation
+        secondary_rotation_error[found] = own.error
     most = int(q.max(initial=1))
-    centres, extents = (array[:, :most].transpose(2, 1, 0) for array in (centres, extents))
-    status = turning.status.copy()
+    centres, semi_axes = (array[:, :most].transpose(2, 1, 0) for array in (centres, semi_axes))
+    status = rotation.status.copy()
     return Islands(
-        kind, turning, p, q=q, centres=centres, extents=extents, inner=inner, inner_error=inner_error, status=status
+        classification,
+        rotation,
+        p,
+        q=q,
+        centres=centres,
+        semi_axes=semi_axes,
+        secondary_rotation=secondary_rotation,
+        secondary_rotation_error=secondary_rotation_error,
+        status=status,
     )
 
 
@@ -267,7 +268,7 @@ def _plane(section_map: SectionMap) -> np.ndarray:
     normal = np.asarray(getattr(section_map.section, "normal", ()))
     if len(points) == 2:
         return points
-    one = type(section_map.section) in (Linear, AngleEquals) and np.count_nonzero(normal) == 1
+    one = type(section_map.section) in (Hyperplane, AngleEquals) and np.count_nonzero(normal) == 1
     if len(points) != 4 or not one or normal[2:].any():
         raise ValueError(
             "points must be a SectionMap of a map of one degree of freedom, or on a section q_i = c of two; elsewhere "

@@ -14,7 +14,7 @@ from ..core.names import did_you_mean, named
 from ..core.numbers import flag, numbers, real, shown
 from ..runs.requirements import check_given, checked_section
 from ..systems.models.mechanics import System
-from ..systems.models.sections import AngleEquals, Linear
+from ..systems.models.sections import AngleEquals, Hyperplane
 from .accessible_box import spread
 from .allowed_region import crossings, extrema
 from .surface_roots import left, rest, roots_along
@@ -282,9 +282,9 @@ def section_row(system: System, section: Any) -> tuple[str, float, int]:
     checked_section(section, system)
     names = system.row_names
     normal = np.asarray(getattr(section, "normal", ()), dtype=np.float64)
-    if type(section) not in (Linear, AngleEquals) or np.count_nonzero(normal) != 1:
+    if type(section) not in (Hyperplane, AngleEquals) or np.count_nonzero(normal) != 1:
         raise TypeError(
-            f"section must be Linear with one non-zero entry, such as {names[0]}=0, where axes go by name; "
+            f"section must be Hyperplane with one non-zero entry, such as {names[0]}=0, where axes go by name; "
             f"got {section!r}"
         )
     k = int(np.flatnonzero(normal)[0])

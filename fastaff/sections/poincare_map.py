@@ -16,7 +16,7 @@ from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import put
 from ..runs.accuracy import Steps, planned, refine_steps, until
 from ..runs.flow import Damping, Flow
-from ..runs.launch import Report, launch, units
+from ..runs.launch import Callback, launch, units
 from ..runs.observers import bound
 from ..runs.options import Options, Problem
 from ..runs.requirements import check_given, checked_section, checked_system, phase_points
@@ -47,7 +47,7 @@ PARTED = 0.2
 @coerces_arguments(z0=starts_of, section=section_of, scheme=scheme_of)
 @records_call
 def poincare_map(
-    body: Dynamics,
+    model: Dynamics,
     z0: Starts,
     *,
     section: Section | str | None = None,
@@ -61,13 +61,13 @@ def poincare_map(
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> SectionMap:
-    """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`, or iterates of a map.
+    """Follow orbits of `model` from `z0` to their first `crossings` crossings of `section`, or iterates of a map.
 
     Parameters
     ----------
-    body, z0 : as in `integrate`
+    model, z0 : as in `integrate`
     section : value of `fastaff.models.sections` (or your own) or str, optional
         Text such as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), "x=0-" (downwards) or "x=0+-" (both), for a
         driven system "t=0"; none for a map.
@@ -81,7 +81,7 @@ def poincare_map(
     accuracy : float, optional
         Error of times (times the angular frequency) and of points (relative to the amplitudes of the motion); default
         1e-10 where neither it nor a step is given.
-    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
+    step, scheme, rtol, atol, energy_tolerance, threads, callback : as in `integrate`
 
     Returns
     -------
@@ -119,9 +119,16 @@ def poincare_map(
     ((4, 3, 1), array([0.05131 , 0.033114, 0.051175]))
     """
     options = Options(
-        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+        scheme,
+        step,
+        accuracy,
+        rtol=rtol,
+        atol=atol,
+        energy_tolerance=energy_tolerance,
+        threads=threads,
+        callback=callback,
     )
-    problem = Problem(body, z0, options)
+    problem = Problem(model, z0, options)
     if direction is not None:
         section = _directed(section, direction)
     wanted = Crossings(section, whole("crossings", crossings, 1), max_time, options.drift)
@@ -146,11 +153,11 @@ def poincare_map(
         wanted = wanted._replace(max_time=positive("max_time", max_time))
     flow, z, *_ = problem.plan(time=wanted.max_time, error=None, transformed=True)
     if mapping:
-        return _iterated(flow, system, z, wanted.number, report)
+        return _iterated(flow, system, z, wanted.number, callback)
     fits("crossings", wanted.number, *z.shape)
     if goal is not None:
-        return _accurate(flow, system, z, wanted, goal, report)
-    return crossed(flow, system, z, wanted, report)[0]
+        return _accurate(flow, system, z, wanted, goal, callback)
+    return crossed(flow, system, z, wanted, callback)[0]
 
 
 def _directed(section: Any, direction: Any) -> Any:
@@ -170,11 +177,11 @@ def _enough(problem: Problem, wanted: int) -> str:
     return f"; a turn of these orbits takes about {turn:.2g}: max_time={float(f'{4 * wanted * turn:.1g}'):g} will do"
 
 
-def _iterated(flow: Flow, system: System, z: np.ndarray, wanted: int, report: Report | None) -> SectionMap:
+def _iterated(flow: Flow, system: System, z: np.ndarray, wanted: int, callback: Callback | None) -> SectionMap:
     """Return the iterates of a map."""
     ensemble = flow.ensemble(z)
     time = np.arange(1.0, wanted + 1)
-    states, interrupted = flow.trajectory(ensemble, float(wanted), wanted, report)
+    states, interrupted = flow.trajectory(ensemble, float(wanted), wanted, callback)
     counts = np.isfinite(states).all(axis=1).sum(axis=0)
     nothing = np.zeros(counts.size)
     if interrupted:
@@ -239,7 +246,7 @@ def _steps(flow, system: System, z, wanted, max_time, accuracy) -> Steps:
     return planned(flow, z, found, lasting, accuracy, run=max_time, parts=2)
 
 
-def _accurate(flow, system: System, z, crossings: Crossings, accuracy, report) -> SectionMap:
+def _accurate(flow, system: System, z, crossings: Crossings, accuracy, callback) -> SectionMap:
     """Follow the orbits with steps that are halved until their crossings agree."""
     section, wanted, max_time, _ = crossings
     steps = _steps(flow, system, z, wanted, max_time, accuracy)
@@ -261,14 +268,16 @@ def _accurate(flow, system: System, z, crossings: Crossings, accuracy, report) -
         accurate_until=np.zeros(orbits),
     )
 
-    def run(orbits: np.ndarray, step: np.ndarray, wear: Damping | None, report: Report | None, fine) -> _CrossingRun:
+    def run(
+        orbits: np.ndarray, step: np.ndarray, wear: Damping | None, callback: Callback | None, fine
+    ) -> _CrossingRun:
         used = np.full(len(step), np.inf) if flow.adaptive else step
         start = np.ascontiguousarray(z[:, orbits])
         motion = steps.motion
         beside = None if fine is None else ReferenceCrossings(fine.found.times, PARTED / motion.rate[orbits])
         try:
             part, reached = crossed(
-                flow.sized(step), system, start, crossings, report, motion.radius[orbits], wear, beside
+                flow.sized(step), system, start, crossings, callback, motion.radius[orbits], wear, beside
             )
         except Interrupted as stopped:
             unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever their outcome with these steps
@@ -292,7 +301,7 @@ def _accurate(flow, system: System, z, crossings: Crossings, accuracy, report) -
     parts = max(1, min(orbits, 8 * COMPARED * wanted * rows * orbits // PORTION))
     with partial_result_on_interrupt("poincare_map", lambda: result):
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
-            told = portion(report, number, parts)
+            told = portion(callback, number, parts)
             refine_steps(flow, steps.of(part), accuracy, run, compare, keep, drifts, part, told)
     return result
 

@@ -12,7 +12,7 @@ from ..results.result import Result, along
 from ..runs.requirements import checked_system
 from ..systems.formulas.section_text import section_forms, section_in_words, section_of
 from ..systems.models.mechanics import System
-from ..systems.models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
+from ..systems.models.sections import AlphaTurning, AngleEquals, BetaTurning, Hyperplane
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_limits import NotReached, Where
 from .named_axes import section_row
@@ -67,7 +67,7 @@ class EdgePart(NamedTuple):
 
 @says_progress
 def edge(
-    body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800
+    model: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800
 ) -> Edge:
     """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
 
@@ -85,8 +85,8 @@ def edge(
     >>> edge.momentum.max().round(4)
     np.float64(0.5)
     """
-    system = checked_system(body, needs="an energy surface")
-    section = section_of(section, body)
+    system = checked_system(model, needs="an energy surface")
+    section = section_of(section, model)
     where = Where(system, section, energy, p_eta, p_gamma)
     if not _of_ellipses(system) and not system.quadratic:
         return _edge_of(sides_of_any(where, max(2, points // 4)))
@@ -108,7 +108,7 @@ def _nodes(system: System, section: Any) -> np.ndarray:
     turns = [
         period
         for name, period in zip(system.names, system.periods)
-        if isinstance(section, (Linear, AngleEquals)) and name != section_row(system, section)[0]
+        if isinstance(section, (Hyperplane, AngleEquals)) and name != section_row(system, section)[0]
     ]
     half = turns[0] / 2 if len(turns) == 1 else 0.0
     return np.linspace(-half, half, TURN + 1) if half > 0 else line()
@@ -166,7 +166,7 @@ def _usual(where: Where, rest: Function, part: EdgePart) -> EdgePart:
 
 def _centre(system: System, section: Any) -> float:
     """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
-    if not isinstance(section, (Linear, AngleEquals)) or not system.frame:
+    if not isinstance(section, (Hyperplane, AngleEquals)) or not system.frame:
         return 0.0
     i = fixed_coordinate(section, system.model)
     q = np.zeros(2)
@@ -213,7 +213,7 @@ def _bounded_parts(where: Where) -> list[EdgePart]:
                 f"potential: give the ranges of the axes, such as {ranges}, which have the momenta of {USUAL:.0%} of it"
             )
         q = next(name for name in system.names if name != section_row(system, section)[0])
-        angle = f"; or, of what is an angle, its period: periods={{'{q}': '2*pi'}}, --angles {q}=2*pi"
+        angle = f"; or, of what is an angle, its period: periodic={{'{q}': '2*pi'}}, --periodic {q}=2*pi"
         angle *= not system.separable
         raise ValueError(
             f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
@@ -236,10 +236,10 @@ def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
     return where.energy - left / (2 * mass)
 
 
-def _weight(body: Any, i: int) -> float:
+def _weight(model: Any, i: int) -> float:
     """Return the least kinetic energy, over the i-th of two momenta, at which the other one is 1."""
     own, other = np.eye(2)[[i, 1 - i]]
-    return float(body.kinetic_energy(*other) - body.velocity(*other)[i] ** 2 / (4 * body.kinetic_energy(*own)))
+    return float(model.kinetic_energy(*other) - model.velocity(*other)[i] ** 2 / (4 * model.kinetic_energy(*own)))
 
 
 def _rest(where: Where) -> Function:
@@ -248,7 +248,7 @@ def _rest(where: Where) -> Function:
     """
     system, section, energy = where[:3]
     body = system.model
-    linear = isinstance(section, (Linear, AngleEquals))
+    linear = isinstance(section, (Hyperplane, AngleEquals))
     i = fixed_coordinate(section, body) if linear else 0
     if _of_ellipses(system) and body.degrees_of_freedom == 2:
         return Ellipses(where).room
@@ -282,4 +282,4 @@ def _widest(where: Where, u: np.ndarray, *, alpha: bool) -> tuple[np.ndarray, np
     rest = where.radial(flat, alpha=alpha)
     far = evaluated(rest, np.full(flat.size, LARGEST), np.arange(flat.size))[0] > 0
     best = np.where(far, np.inf, highest(rest, flat.size, radii())).reshape(u.shape)
-    return best, 2 * where.body.mu * abs(where.energy) + np.abs(best)
+    return best, 2 * where.model.mu * abs(where.energy) + np.abs(best)

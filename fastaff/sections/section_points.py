@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..systems.models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
+from ..systems.models.sections import AlphaTurning, AngleEquals, BetaTurning, Hyperplane
 from .allowed_region import crossings, extrema
 from .energy_limits import Where
 from .surface_roots import roots_along
@@ -20,16 +20,16 @@ def section_points(section: Any, where: Where, u: np.ndarray, v: np.ndarray) -> 
         return _over_a_radius(section, where, u, v)
     raise TypeError(
         f"section must be one that has a grid (fastaff.models.sections), got {section!r} for "
-        f"{type(where.body).__name__}"
+        f"{type(where.model).__name__}"
     )
 
 
-def fixed_coordinate(section: Any, body: Any) -> int:
+def fixed_coordinate(section: Any, model: Any) -> int:
     """Return the number of the coordinate that a section with a normal fixes; only such sections launch orbits."""
     axis = np.flatnonzero(section.normal)
-    if axis.size != 1 or axis[0] >= body.degrees_of_freedom:
+    if axis.size != 1 or axis[0] >= model.degrees_of_freedom:
         raise TypeError(
-            "section must be Linear with one non-zero entry, of a coordinate, to launch orbits on it (poincare_map "
+            "section must be Hyperplane with one non-zero entry, of a coordinate, to launch orbits on it (poincare_map "
             f"takes others too), got {section!r}"
         )
     return int(axis[0])
@@ -75,16 +75,16 @@ def _(section, where, u, v):
     return z, ("beta", "p_beta") if alpha else ("alpha", "p_alpha")
 
 
-@section_points.register(Linear)
+@section_points.register(Hyperplane)
 @section_points.register(AngleEquals)
 def _(section, where, u, v):
-    body = where.body
+    body = where.model
     energy = where.energy
     system = where.system
     if body.degrees_of_freedom != 2:
         raise TypeError(
-            "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "
-            f"got {section!r} for {type(body).__name__}"
+            "section must be Hyperplane with one non-zero entry, of a coordinate, for a system of two degrees of "
+            f"freedom, got {section!r} for {type(body).__name__}"
         )
     normal = np.asarray(section.normal, dtype=np.float64)
     i = fixed_coordinate(section, body)

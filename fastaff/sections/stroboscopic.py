@@ -13,7 +13,7 @@ from ..runs import observers
 from ..runs.accuracy import Steps, planned, refine_steps, until
 from ..runs.flow import Damping, Flow, energy_error, no_memory
 from ..runs.integrate import Compared
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import energy_drift
 from ..runs.scales import motion
@@ -64,20 +64,20 @@ class _Strobed:
     def run(self) -> SectionMap:
         """Follow all orbits, once or with steps that are halved until the states agree."""
         goal = self.options.goal()
-        report = self.options.report
+        callback = self.options.callback
         steps = None if goal is None else self._steps(goal)  # there is nothing to keep yet
         with partial_result_on_interrupt("poincare_map", self.result):
             if goal is None or steps is None:
-                self._once(report)
+                self._once(callback)
             else:
-                self._accurate(steps, goal, report)
+                self._accurate(steps, goal, callback)
         return self.result()
 
-    def _once(self, report: Report | None) -> None:
+    def _once(self, callback: Callback | None) -> None:
         flow = self.flow.fitted(self.period)
         self.step = flow.step
         every = np.arange(self.z.shape[1])
-        self._keep(every, self._follow(flow, every, self.ensemble.radius, None, report))
+        self._keep(every, self._follow(flow, every, self.ensemble.radius, None, callback))
 
     def _steps(self, goal: float) -> Steps:
         """Return the first steps; from here on states have errors."""
@@ -88,16 +88,18 @@ class _Strobed:
         self.error = np.full(self.states.shape, np.nan)
         return steps
 
-    def _accurate(self, steps: Steps, goal: float, report: Report | None) -> None:
+    def _accurate(self, steps: Steps, goal: float, callback: Callback | None) -> None:
         flow = self.flow
         found = steps.motion
         errors = np.asarray(self.error)
         rows, orbits = self.z.shape
         size = np.concatenate([found.position, found.momentum])
 
-        def run(orbits: np.ndarray, step: np.ndarray, wear: Damping | None, report: Report | None, fine) -> Compared:
+        def run(
+            orbits: np.ndarray, step: np.ndarray, wear: Damping | None, callback: Callback | None, fine
+        ) -> Compared:
             try:
-                return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, report)
+                return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, callback)
             except KeyboardInterrupt:
                 if fine is not None:
                     self._keep(orbits, fine)
@@ -124,11 +126,11 @@ class _Strobed:
 
         parts = max(1, min(orbits, 8 * COMPARED * self.wanted * rows * orbits // PORTION))
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
-            told = portion(report, number, parts)
+            told = portion(callback, number, parts)
             refine_steps(flow, steps.of(part), goal, run, compare, keep, drifts, part, told)
 
     def _follow(
-        self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Damping | None, report: Report | None
+        self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Damping | None, callback: Callback | None
     ) -> Compared:
         """Run these orbits: to the section, unless they start a period before it, then from period to period; both
         kinds run separately, as each orbit would alone.
@@ -140,7 +142,7 @@ class _Strobed:
             steps = np.empty(orbits.size)
             for some in (np.flatnonzero(on), np.flatnonzero(~on)):
                 worn = None if wear is None else Damping(*(entry[some] for entry in wear))
-                part = self._follow(flow.of(some), orbits[some], radius[some], worn, report)
+                part = self._follow(flow.of(some), orbits[some], radius[some], worn, callback)
                 whole.take(some, part.ensemble)
                 states[..., some] = part.states
                 steps[some] = part.step
@@ -154,7 +156,7 @@ class _Strobed:
             begin = flow if flow.adaptive else replace(flow, step=lead / flow.steps(lead))
             nothing = observers.nothing()
             observed = 0 if flow.adaptive else 1
-            begin.advance(ensemble, nothing, *no_memory(ensemble), time=lead, observations=observed, report=None)
+            begin.advance(ensemble, nothing, *no_memory(ensemble), time=lead, observations=observed, callback=None)
             first = [flow.states(np.where(ensemble.status == 0, ensemble.z, np.nan))[None]]
             rest = rest - 1
             ensemble.count[:] = 0
@@ -162,9 +164,9 @@ class _Strobed:
         interrupted = False
         states = np.zeros((0, *self.z[:, orbits].shape))
         if rest and wear is None:
-            states, interrupted = flow.trajectory(ensemble, rest * self.period, rest, report)
+            states, interrupted = flow.trajectory(ensemble, rest * self.period, rest, callback)
         elif rest and wear is not None:
-            states, interrupted = flow.damped(ensemble, rest, wear, time=rest * self.period, report=report)
+            states, interrupted = flow.damped(ensemble, rest, wear, time=rest * self.period, callback=callback)
         if first:
             ensemble.time += lead
         run = Compared(np.concatenate([*first, states]), ensemble, used)

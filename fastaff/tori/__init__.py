@@ -3,6 +3,6 @@
 from .action_angles import ActionAngles
 from .fit_torus import fit_samples
 from .inverse_tori import EnergyOfActions
-from .torus import TorusFit, Verdict
+from .torus import TorusFit
 
-__all__ = ["ActionAngles", "EnergyOfActions", "TorusFit", "Verdict", "fit_samples"]
+__all__ = ["ActionAngles", "EnergyOfActions", "TorusFit", "fit_samples"]

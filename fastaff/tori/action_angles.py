@@ -12,7 +12,7 @@ from ..core.status import Status
 from ..engine.threads import checked_threads
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
-from ..runs.launch import Report, launch, units
+from ..runs.launch import Callback, launch, units
 from ..runs.requirements import current_system, phase_points
 from ..runs.starts import starts_of
 from ..systems.charts.chart import Chart
@@ -86,25 +86,25 @@ class ActionAngles(Result):
 @coerces_arguments(z0=starts_of)
 @records_call
 def action_angles(
-    body: SeparableModel,
+    model: SeparableModel,
     z0: Starts,
     *,
     chart: Chart | str | None = None,
     threads: int | None = None,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> ActionAngles:
     """Find actions, frequencies, angles and separation constants of states of a separable body.
 
     Parameters
     ----------
-    body : `Body` or `StackelBody`
+    model : `Body` or `StackelBody`
         Its potential separates: Harmonic, Anharmonic, Hyperelastic, HeavyTop, SeparableAlphaBeta, SeparableRVartheta,
         SeparableElliptic, or any with a property alpha_beta, r_vartheta or elliptic.
     z0 : array (8,) or (8, orbits)
         Phase points.
     chart : `Chart`, optional
         For bodies that separate in several: ALPHA_BETA, R_VARTHETA, ELLIPTIC (default: the first of these).
-    threads, report : as in `integrate`
+    threads, callback : as in `integrate`
 
     Returns
     -------
@@ -140,8 +140,8 @@ def action_angles(
     >>> tori.omega[:3, 0].round(9)
     array([2., 2., 1.])
     """
-    separated = separate(body, chart)
-    z = phase_points("z0", z0, current_system(body))
+    separated = separate(model, chart)
+    z = phase_points("z0", z0, current_system(model))
     n = z.shape[1]
     J, nu, theta, constants = np.full((4, 4, n), np.nan)
     turning = np.full((2, 3, n), np.nan)
@@ -152,12 +152,12 @@ def action_angles(
         closed = closed_form(separated)
         if closed is not None:
             kernel, parameters = closed
-            run_kernel(kernel, (separated.mu, *parameters, out), n, tori_closed.UNIT, threads, report)
+            run_kernel(kernel, (separated.mu, *parameters, out), n, tori_closed.UNIT, threads, callback)
         else:
             angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
             terms = *separated.terms(), *separated.angular_terms()
             arguments = separated.family.number, *terms, separated.mu, angular, out
-            run_kernel(tori_quadrature.tori_by_quadrature, arguments, n, tori_quadrature.UNIT, threads, report)
+            run_kernel(tori_quadrature.tori_by_quadrature, arguments, n, tori_quadrature.UNIT, threads, callback)
     return _assembled(separated, out)
 
 
@@ -197,10 +197,12 @@ def _momenta(z: np.ndarray) -> np.ndarray:
     return np.array([z[0] * z[5] - z[1] * z[4], z[2] * z[7] - z[3] * z[6]])
 
 
-def run_kernel(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, report: Report | None) -> None:
+def run_kernel(
+    kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, callback: Callback | None
+) -> None:
     """Run a kernel of tori over n of them, `unit` at a time."""
     progress = units(n, unit)
-    launch(kernel, arguments, progress, float(progress.size), checked_threads(threads), report)
+    launch(kernel, arguments, progress, float(progress.size), checked_threads(threads), callback)
 
 
 def to_spin(rows: np.ndarray, factor: float) -> None:

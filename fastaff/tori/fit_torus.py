@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..chaos.chaos_map import chaos_map
+from ..core.classification import Classification
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, positive
 from ..core.status import Status
-from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.integer_lattice import quotient, relations
 from ..frequencies.orbit_frequencies import orbit_frequencies
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.progress import says_progress
 from ..runs.given_orbits import ends, given_orbits
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import checked_system, current_system, phase_points
 from ..runs.schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
@@ -30,7 +30,7 @@ from ..systems.models.mechanics import System
 from .lines import TorusSignals, signals
 from .orbit_samples import OrbitSamples, samples_of_flow, samples_of_turns
 from .series import LARGEST_ORDER, STEPS, Series, actions, canonical, errors, evaluate, fit, grow, window
-from .torus import GRID, TorusFit, Unknown, Verdict, area, distance, nothing, residual, resting, turned
+from .torus import GRID, TorusFit, Unknown, area, distance, nothing, residual, resting, turned
 
 LEAST_SAMPLES = 384
 """Least number of samples for a fit of a given orbit: its first lines are sought in two thirds of them."""
@@ -48,7 +48,7 @@ ROUNDS = 4
 @coerces_arguments(z0=starts_of, scheme=scheme_of)
 @records_call
 def fit_torus(
-    body: Dynamics,
+    model: Dynamics,
     z0: Starts,
     *,
     time: float,
@@ -57,13 +57,13 @@ def fit_torus(
     scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> TorusFit:
-    """Find the Fourier torus that the orbit of `body` from `z0` lies on, separable or not.
+    """Find the Fourier torus that the orbit of `model` from `z0` lies on, separable or not.
 
     Parameters
     ----------
-    body : model
+    model : model
         A system with an energy, a driven one, or a map.
     z0 : array (2n,)
         Phase point at the start.
@@ -74,14 +74,14 @@ def fit_torus(
         Largest residual and prediction error of a torus.
     step, scheme, rtol, atol : as in `integrate`
         Default scheme: SOFRONIOU_SPALETTA10, GAUSS16 for H(q, p).
-    report : callable, optional
+    callback : callable, optional
         Called with the fraction done, a quarter for each of the orbit, the orbit with half the step, the fit and the
-        verdict.
+        classification.
 
     Returns
     -------
     `TorusFit`
-        An orbit that escapes is "not a torus", one that fails otherwise "undecided", with its status as evidence.
+        An orbit that escapes is IRREGULAR, one that fails otherwise UNDECIDED, with its status as evidence.
 
     Raises
     ------
@@ -90,12 +90,12 @@ def fit_torus(
 
     Notes
     -----
-    The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations
+    The lines of NAFF in the natural signals of the librations (`model.angles`) are identified with integer combinations
     of as few frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all
     frequencies and the coefficients up to an order that grows until they are at rounding are fitted together by
     windowed least squares. Actions: I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k, so I_eta = p_eta and I_gamma = p_gamma of
     a body come out as a check. Basis: for a body the librations and then eta, gamma; for the libration lattice the
-    leading lines of the natural signals if they are a basis, with positive frequencies, each named as in a frequency
+    dominant lines of the natural signals if they are a basis, with positive frequencies, each named as in a frequency
     map. Exact relations k . nu = 0, ``|k_i| <= 8``, lower the dimension. The origin of the angles is where the largest
     coefficients that are a basis are real and positive.
 
@@ -106,10 +106,10 @@ def fit_torus(
     plane: this decides between nu and 1 - nu. J of one that winds is the area under the curve.
 
     Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer
-    ones are left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight
-    periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
-    (bench/test_torus_fit.py). nu_error is the change between unequal parts of the window, and with half the step. "Not
-    a torus" is an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time;
+    ones are left out (evidence "terms left out"), which can cost the classification: then it is UNDECIDED, as below
+    eight periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
+    (bench/test_torus_fit.py). nu_error is the change between unequal parts of the window, and with half the step.
+    IRREGULAR is an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time;
     of a body that has `tangent_force`, or a map): weak chaos below `tolerance` passes. Cost: a fast
     Fourier transform of each signal in each of some 20 passes: 0.1 to 3 s an orbit.
 
@@ -122,10 +122,10 @@ def fit_torus(
     Examples
     --------
     >>> fit = fa.fit_torus(fa.models.StandardMap(0.5), [3.0, 0.3], time=1000)
-    >>> fit.verdict, fit.dimension
-    (<Verdict.TORUS: 'torus'>, 1)
+    >>> fit.classification, fit.dimension
+    (<Classification.REGULAR: 0>, 1)
     """
-    problem = Problem(body, z0, Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report))
+    problem = Problem(model, z0, Options(scheme=scheme, step=step, rtol=rtol, atol=atol, callback=callback))
     tolerance = positive("tolerance", tolerance)
     system = checked_system(problem.model, needs="regular motion")
     z = phase_points("z0", problem.z0, system)
@@ -134,7 +134,7 @@ def fit_torus(
             f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
         )
     time = problem.iterates("time", time)
-    done = report or (lambda fraction: None)
+    done = callback or (lambda fraction: None)
     if scheme is None and not system.iterated:
         chosen = SOFRONIOU_SPALETTA10 if system.separable else GAUSS16
         problem = replace(problem, options=replace(problem.options, scheme=chosen))
@@ -146,7 +146,7 @@ def fit_torus(
             with Passes(lambda fraction: done(0.5 + fraction / 4)) as passes:
                 found = fitted(system, found, passes)
             if not max(found.residual, found.prediction_error) <= tolerance:
-                known.append(as_undecided(found, {"longer": 4 * time}))
+                known.append(as_undecided(found, {"suggested time": 4 * time}))
                 found = check_for_chaos(system, known[-1], z, time, lambda fraction: done(0.75 + fraction / 4))
         done(1.0)
     return found
@@ -177,8 +177,8 @@ def _series(
         error = error + bar
     if orbit.finer is not None:
         same = samples._replace(signals=start.same(samples.t, orbit.finer[:, : len(t)]))
-        report = passes.take(3.0, 1.0)
-        change = fit(same, series.nu, start.rank, series.orders, iterations=3, report=report).nu - series.nu
+        callback = passes.take(3.0, 1.0)
+        change = fit(same, series.nu, start.rank, series.orders, iterations=3, callback=callback).nu - series.nu
         error = error + STEPS * np.abs(change)
     relative = error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time)
     return start, series, error, diffusion, relations(series.nu, error, 0 if turns else _reach(relative))
@@ -240,12 +240,12 @@ def fitted(system: System, orbit: OrbitSamples, passes: Passes) -> TorusFit:
         coefficients=z,
         residual=left,
         prediction_error=prediction,
-        verdict=Verdict.TORUS if system.moving == len(nu) else Verdict.RESONANT,
+        classification=Classification.REGULAR if system.moving == len(nu) else Classification.RESONANT,
         dimension=len(nu),
         relations=relation,
         evidence=MappingProxyType(orbit.evidence | (fit_of | tried if turns else tried | fit_of)),
         energy=orbit.energy,
-        body=system.model,
+        model=system.model,
         winding=wound,
         islands=orbit.pieces,
     )
@@ -275,16 +275,18 @@ def _about(centre: np.ndarray, k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray
 
 def as_undecided(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFit:
     """Return a fit that is not good enough, undecided or no torus, with more evidence."""
-    verdict = Verdict.NOT_A_TORUS if chaotic else Verdict.UNDECIDED
+    classification = Classification.IRREGULAR if chaotic else Classification.UNDECIDED
     none = np.full_like(found.nu_error, np.inf)
-    return replace(found, verdict=verdict, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence}))
+    return replace(
+        found, classification=classification, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence})
+    )
 
 
-def check_for_chaos(system: System, found: TorusFit, z: np.ndarray, time: float, report: Report) -> TorusFit:
-    """Return an undecided fit with the verdict of a chaos map, or undecided if that shows no chaos."""
+def check_for_chaos(system: System, found: TorusFit, z: np.ndarray, time: float, callback: Callback) -> TorusFit:
+    """Return an undecided fit made IRREGULAR if a chaos map shows chaos."""
     if not system.iterated and not hasattr(system.model, "tangent_force"):
         return found
-    seen = chaos_map(system.model, z, time=1.5 * time, report=report)
+    seen = chaos_map(system.model, z, time=1.5 * time, callback=callback)
     values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
     return as_undecided(found, values, chaotic=bool(seen.chaotic[0]))
 
@@ -311,12 +313,12 @@ def fit_samples(
     :Parameters: samples (2n, samples) or (2n, 1, samples), dt, times, coordinates as in `orbit_frequencies`, 384
         samples or more of an orbit that does not end, dense enough for all harmonics; tolerance: largest prediction
         error of a torus.
-    :Returns: TorusFit, whose residual and energy are NaN and body None: no equations of motion are known.
+    :Returns: TorusFit, whose residual and energy are NaN and model None: no equations of motion are known.
     :Raises: ValueError or TypeError naming the wrong argument.
 
     The first two thirds of the samples are fitted as `fit_torus` does its own; the fit predicts the last third. Where
-    the prediction fails, the orbit is "not a torus" if its frequencies change from half to half (`orbit_frequencies`),
-    else undecided. nu_error does not include the scheme that made the samples. theta0 are the angles of the first one.
+    the prediction fails, the orbit is IRREGULAR if its frequencies change from half to half (`orbit_frequencies`),
+    else UNDECIDED. nu_error does not include the scheme that made the samples. theta0 are the angles of the first one.
     Actions J are those of the given rows, canonical if these are.
 
     :Cost: as `fit_torus`, without its runs.
@@ -356,6 +358,6 @@ def fit_samples(
         found = nothing(system, np.nan, evidence)
     if not found.prediction_error <= tolerance:
         seen = orbit_frequencies(path, given.interval)
-        change = {"longer": 4 * t[inside], "frequency diffusion": float(seen.diffusion[0])}
-        found = as_undecided(found, change, chaotic=seen.kind[0] == FrequencyKind.IRREGULAR)
-    return replace(found, body=None)
+        change = {"suggested time": 4 * t[inside], "frequency diffusion": float(seen.diffusion[0])}
+        found = as_undecided(found, change, chaotic=seen.classification[0] == Classification.IRREGULAR)
+    return replace(found, model=None)

@@ -32,12 +32,12 @@ LARGEST_ACTION = 1e150
 
 @says_progress
 def from_action_angles(
-    body: SeparableModel,
+    model: SeparableModel,
     J: ArrayLike,
     theta: ArrayLike,
     *,
     chart: Chart | str | None = None,
-    near: ArrayLike | None = None,
+    guess: ArrayLike | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
     """Find the phase points of given actions and angles on the tori of a separable body: the inverse of
@@ -45,14 +45,14 @@ def from_action_angles(
 
     Parameters
     ----------
-    body : `Body`
+    model : `Body`
         Doubly isotropic and separable in (alpha, beta) or (r, vartheta).
     J : array (4,) or (4, orbits), action
         J >= 0 of the two coordinates, then J_phi, J_psi.
     theta : array (4,) or (4, orbits), cycles
         Angles; a single column goes with any number of the other.
     chart : as in `action_angles`
-    near : array (8,) or (8, orbits), optional
+    guess : array (8,) or (8, orbits), optional
         Phase point in the intended well, where the effective potentials have several.
     threads : as in `integrate`
 
@@ -99,8 +99,8 @@ def from_action_angles(
     actions = np.ascontiguousarray(np.broadcast_to(actions, (4, n)))
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
-    separated = separate(body, chart)
-    well = _well(current_system(body), near, n)
+    separated = separate(model, chart)
+    well = _well(current_system(model), guess, n)
     threads = checked_threads(threads)
     if closed_form(separated) is not None:
         z = closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
@@ -125,18 +125,18 @@ class EnergyOfActions(Result):
 
 @records_call
 def energy_of_actions(
-    body: SeparableModel,
+    model: SeparableModel,
     J: ArrayLike,
     *,
     chart: Chart | str | None = None,
-    near: ArrayLike | None = None,
+    guess: ArrayLike | None = None,
     threads: int | None = None,
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
     Parameters
     ----------
-    body, J, chart, near, threads : as in `from_action_angles`
+    model, J, chart, guess, threads : as in `from_action_angles`
 
     Returns
     -------
@@ -164,8 +164,8 @@ def energy_of_actions(
     np.float64(0.397887358)
     """
     actions = _rows("J", J)
-    separated = separate(body, chart)
-    well = _well(current_system(body), near, actions.shape[1])
+    separated = separate(model, chart)
+    well = _well(current_system(model), guess, actions.shape[1])
     threads = checked_threads(threads)
 
     def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
@@ -187,11 +187,11 @@ def _unknown(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.full((4, n), np.nan), np.full(n, np.nan), np.full(n, int(Status.INTERRUPTED))
 
 
-def _well(system: System, near: ArrayLike | None, n: int) -> np.ndarray | None:
+def _well(system: System, guess: ArrayLike | None, n: int) -> np.ndarray | None:
     """Return phase points (8, 1) or (8, n) in the intended wells."""
-    points = None if near is None else phase_points("near", near, system)
+    points = None if guess is None else phase_points("guess", guess, system)
     if points is not None and points.shape[1] not in (1, n):
-        raise ValueError(f"near must be one phase point or one for each of {n} orbits, got {points.shape[1]}")
+        raise ValueError(f"guess must be one phase point or one for each of {n} orbits, got {points.shape[1]}")
     return points
 
 
@@ -210,7 +210,7 @@ def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     """Return rows J_1, J_2 >= 0, p_eta, p_gamma of actions J_1, J_2, J_phi, J_psi."""
     if not separated.isotropic or not separated.family.invertible:
         raise ValueError(
-            "body must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others"
+            "model must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others"
         )
     if np.any(J[:2] < 0):
         raise ValueError(f"J of {' and '.join(separated.names[:2])} must not be negative, got {J[:2].min()}")
@@ -225,7 +225,7 @@ def _invert(
     theta: np.ndarray,
     z: np.ndarray,
     out: tuple[np.ndarray, np.ndarray, np.ndarray],
-    near: np.ndarray | None,
+    guess: np.ndarray | None,
     threads: int | None,
 ) -> np.ndarray:
     """Fill z where theta has columns, and `out`: the gradient to J_1, J_2, J_eta, J_gamma, E and statuses, which are
@@ -235,17 +235,17 @@ def _invert(
     spins[2:] *= TURN
     n = J.shape[1]
     start = np.zeros((2, n))
-    if near is not None:
-        start[:] = _start(separated, near)
+    if guess is not None:
+        start[:] = _start(separated, guess)
     wells = np.ones(n, np.int64)
     nu, energy, status = out
     sought = tori_inverse.Sought(spins, theta, start, z, nu, energy, wells, status)
     arguments = separated.family.number, *separated.terms(), separated.mu, sought
     run_kernel(tori_inverse.torus_points, arguments, n, tori_quadrature.UNIT, threads, None)
     several = np.flatnonzero(wells > 1)
-    if several.size and near is None:
+    if several.size and guess is None:
         raise ValueError(
-            f"near must be given: the effective potential of orbit {several[0]} has {wells[several[0]]} wells; pass a "
+            f"guess must be given: the effective potential of orbit {several[0]} has {wells[several[0]]} wells; pass a "
             "phase point in the "
             "one that is meant (`action_angles` of it gives its turning points)"
         )

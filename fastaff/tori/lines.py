@@ -113,7 +113,7 @@ class TorusLines(NamedTuple):
 
 
 def _lines(loops: np.ndarray, dt: float, time: float, count: int, unit: float | None = None) -> TorusLines:
-    """Return the lines of loops (loops, samples), `count` of each, that are strong and sharp, and the leading ones;
+    """Return the lines of loops (loops, samples), `count` of each, that are strong and sharp, and the dominant ones;
     unit: the frequency that is known to rounding, by default the largest.
     """
     found = naff(loops, dt, lines=count, window_order=4)
@@ -121,10 +121,10 @@ def _lines(loops: np.ndarray, dt: float, time: float, count: int, unit: float | 
     strength = np.abs(found.amplitude) / np.abs(found.amplitude).max(axis=1, keepdims=True)
     strength = np.where(known & (np.abs(found.nu) * time > 3), strength, 0.0)
     error = np.where(known, 3 * found.error, np.inf) + 1e-12 * (unit or np.abs(found.nu).max())
-    leading = np.arange(count) == strength.argmax(axis=1)[:, None]
+    dominant = np.arange(count) == strength.argmax(axis=1)[:, None]
     sharp = error * time < TRUSTED
-    order = np.argsort(-(strength + 2.0 * leading), axis=None, kind="stable")
-    order = order[(((strength > 1e-6) & sharp) | leading).ravel()[order]]
+    order = np.argsort(-(strength + 2.0 * dominant), axis=None, kind="stable")
+    order = order[(((strength > 1e-6) & sharp) | dominant).ravel()[order]]
     return TorusLines(*(rows.ravel()[order] for rows in (found.nu, error, np.indices(error.shape)[0], strength, sharp)))
 
 
@@ -207,7 +207,7 @@ def _loops(system: System, z: np.ndarray, size: float) -> tuple[np.ndarray, list
 def _lattice(system: System, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.ndarray, tuple[str, ...], int]:
     """Return a basis of the librations' frequencies with names, and the number of lines it does not explain.
 
-    They are the leading lines of the natural signals where these can be part of a basis, then the stronger ones; all
+    They are the dominant lines of the natural signals where these can be part of a basis, then the stronger ones; all
     positive, and each has the name of the loop of whose motion it has most.
     """
     loops, names = _loops(system, z, size)
@@ -355,10 +355,10 @@ def _turn_signals(system: System, t: np.ndarray, path: np.ndarray) -> TorusSigna
 def _turn_lattice(
     system: System, path: np.ndarray, rates: WindingRates
 ) -> tuple[np.ndarray, tuple[str, ...], np.ndarray, int, tuple[int, ...]]:
-    """Return a basis of the frequencies beside the turn, with names: rates of angles that wind and leading lines first;
-    the windings of rows in a cycle of each, the number of lines that the basis does not explain, and its frequencies
-    that are in no line of a flow. Those of a flow are not modulo a turn; they are positive where no angle winds in
-    them.
+    """Return a basis of the frequencies beside the turn, with names: rates of angles that wind and dominant lines
+    first; the windings of rows in a cycle of each, the number of lines that the basis does not explain, and its
+    frequencies that are in no line of a flow. Those of a flow are not modulo a turn; they are positive where no angle
+    winds in them.
     """
     n = system.n
     names = system.names

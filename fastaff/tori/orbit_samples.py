@@ -10,7 +10,7 @@ import numpy as np
 from ..core.numbers import fits
 from ..core.status import Status
 from ..runs.flow import Flow, mark_drift
-from ..runs.launch import Report
+from ..runs.launch import Callback
 from ..runs.options import Problem
 from ..runs.requirements import energy_drift
 from ..runs.scales import motion
@@ -49,7 +49,7 @@ class OrbitSamples(NamedTuple):
     pieces: int = 1
 
 
-def samples_of_flow(problem: Problem, time: float, energy: float, report: Report) -> OrbitSamples | TorusFit:
+def samples_of_flow(problem: Problem, time: float, energy: float, callback: Callback) -> OrbitSamples | TorusFit:
     """Return samples of the orbit over 3/2 of the time, or the result without a fit.
 
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
@@ -76,19 +76,19 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
     still = resting(path)
     moves = still or (system.kinetic_energies(path) > 0).any()
     if short or not moves:  # or the kinetic energy underflows
-        return nothing(system, energy, evidence | {"longer": least})
+        return nothing(system, energy, evidence | {"suggested time": least})
     if still:
         left = float(np.abs(system.slopes(path[:, :1])).max())
         return point(system, path, energy, evidence, residual=left)
-    report(0.25)
+    callback(0.25)
     interval = 1.5 * time / (path.shape[1] - 1)
     finer, state = _path(flow.fitted(interval).finer(), z, 1.5 * time, path.shape[1] - 1)  # half the steps that it took
-    report(0.5)
+    callback(0.5)
     finer = finer if state["status"] == Status.OK else path
     return OrbitSamples(interval * np.arange(path.shape[1]), path, inside, finer, evidence, energy)
 
 
-def samples_of_turns(problem: Problem, time: float, energy: float, report: Report) -> OrbitSamples | TorusFit:
+def samples_of_turns(problem: Problem, time: float, energy: float, callback: Callback) -> OrbitSamples | TorusFit:
     """Return samples of the orbit of a map, or of a driven system's map over its period, over 3/2 of the time, or the
     result without a fit.
     """
@@ -99,14 +99,14 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
     flow, z, interval = flow_of_turns(problem)
     count = int(time / interval + 1e-9)
     if count < LEAST_TURNS:
-        return nothing(system, energy, {"status": float(Status.OK), "longer": LEAST_TURNS * interval})
+        return nothing(system, energy, {"status": float(Status.OK), "suggested time": LEAST_TURNS * interval})
     fits("time", 3 * count, len(z))
     path, evidence = _path(flow, z, (3 * count // 2) * interval, 3 * count // 2)
     evidence["samples"] = float(3 * count // 2)
     if evidence["status"] != Status.OK or not np.isfinite(path).all():
         gone = evidence["status"] in ((Status.LOST, Status.NONFINITE) if mapping else (Status.ESCAPED,))
         return nothing(system, energy, evidence, gone=gone)
-    report(0.25)
+    callback(0.25)
     pieces = pieces_of(system, path[:, :count])
     evidence["islands"] = float(pieces)
     if pieces > 1:
@@ -118,11 +118,11 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
     inside = 2 * path.shape[1] // 3
     finer = None
     if inside < LEAST_TURNS:
-        return nothing(system, energy, evidence | {"longer": pieces * LEAST_TURNS * interval})
+        return nothing(system, energy, evidence | {"suggested time": pieces * LEAST_TURNS * interval})
     if not mapping:
         finer, state = _path(flow.finer(), z, pieces * inside * interval, pieces * inside)
         finer = finer[:, ::pieces] if state["status"] == Status.OK else None
-    report(0.5)
+    callback(0.5)
     return OrbitSamples(np.arange(float(path.shape[1])), path, inside, finer, evidence, energy, pieces)
 
 

@@ -65,17 +65,17 @@ def _term(V: Any, places: np.ndarray) -> PotentialTerm:
     return PotentialTerm(function_block(V), parameters(V), places)
 
 
-def separate(body: Any, chart: Chart | str | None = None) -> Separated:
-    """Return `body` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
+def separate(model: Any, chart: Chart | str | None = None) -> Separated:
+    """Return `model` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
 
     Raises TypeError for other values than a Body or StackelBody, ValueError where the body does not separate, in that
     chart or in any.
     Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
-    system = checked_system(body, needs="H = T(p) + V(q)")
+    system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.planar:
         raise TypeError(
-            f"body must be a Body or a StackelBody, whose tori separate, got {type(body).__name__}: of any other "
+            f"model must be a Body or a StackelBody, whose tori separate, got {type(model).__name__}: of any other "
             "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time; "
             "levels of vibrations are those of quantum.quasiclassical_levels and quantum.spectrum"
         )
@@ -83,7 +83,7 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     possible = [family for family in FAMILIES if hasattr(system.model.potential, family.member)]
     if not possible:
         raise ValueError(
-            f"body must separate: {name} is in none of the families SeparableAlphaBeta, SeparableRVartheta, "
+            f"model must separate: {name} is in none of the families SeparableAlphaBeta, SeparableRVartheta, "
             "SeparableElliptic "
             "(a potential joins one by a property alpha_beta, r_vartheta or elliptic); for other bodies use fit_torus"
         )
@@ -108,13 +108,13 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
 
 @says_progress
 def constants_of_motion(
-    body: SeparableModel, z: ArrayLike, *, chart: Chart | str | None = None
+    model: SeparableModel, z: ArrayLike, *, chart: Chart | str | None = None
 ) -> dict[str, np.ndarray]:
     """Compute the four constants of motion in involution of a separable body, or those of a named system H(q, p).
 
     Parameters
     ----------
-    body : `Body`, `StackelBody` or named system
+    model : `Body`, `StackelBody` or named system
         With a separable potential; or a system of `fastaff.models` such as `AsymmetricTop`.
     z : array (2n,) or (2n, orbits)
         Phase points, 2n = 8 for a body.
@@ -149,14 +149,14 @@ def constants_of_motion(
     >>> list(constants)
     ['H_alpha', 'H_beta', 'p_phi', 'p_psi']
     """
-    named = constants_of(body) if chart is None else None
+    named = constants_of(model) if chart is None else None
     if named is not None:
-        return named(body, phase_points("z", z, current_system(body)))
-    separated = separate(body, chart)
-    return involution(body, separated, phase_points("z", z, current_system(body)))
+        return named(model, phase_points("z", z, current_system(model)))
+    separated = separate(model, chart)
+    return involution(model, separated, phase_points("z", z, current_system(model)))
 
 
-def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
+def involution(model: Any, separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
     """Return the constants of z (8, ...)."""
     mu = separated.mu
     V_eta, V_gamma = separated.angular
@@ -170,7 +170,9 @@ def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.n
     h = sum((z[i] * z[4 + j] - z[j] * z[4 + i]) ** 2 for i in range(4) for j in range(i)) / (2 * mu)
     at_eta = None if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
     at_gamma = None if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))
-    at = MotionQuantities(A=A, B=B, T_a=T_a, T_b=T_b, h=h, V=body.potential.value(A, B), V_eta=at_eta, V_gamma=at_gamma)
+    at = MotionQuantities(
+        A=A, B=B, T_a=T_a, T_b=T_b, h=h, V=model.potential.value(A, B), V_eta=at_eta, V_gamma=at_gamma
+    )
     values = separated.family.values(*separated.functions, at)
     if separated.isotropic:
         return values | {"p_phi": p_gamma + p_eta, "p_psi": p_gamma - p_eta}

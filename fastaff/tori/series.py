@@ -21,7 +21,7 @@ import numpy as np
 from ..core.numbers import Passes, portion
 from ..engine.kernels.birkhoff import SHARPNESS
 from ..frequencies.integer_lattice import box, first_basis
-from ..runs.launch import Report
+from ..runs.launch import Callback
 
 KERNEL = 16
 """Values of a transform around a frequency of which its value there is a sum."""
@@ -226,7 +226,7 @@ def fit(
     orders: tuple[int, ...],
     *,
     iterations: int = 12,
-    report: Report | None = None,
+    callback: Callback | None = None,
 ) -> Series:
     """Fit the series on a box of `orders` and the frequencies nu (rank librations, then the carriers), starting from
     nu.
@@ -247,8 +247,8 @@ def fit(
     second = float(w @ t**2)
     unsettled = 1.0
     for iteration in range(iterations):
-        if report is not None:
-            report(iteration / iterations)
+        if callback is not None:
+            callback(iteration / iterations)
         gram = _Gram(samples, nu[:rank], orders)
         carriers = np.append(nu[rank:], 0.0)[samples.carrier]
         weighted = w * samples.signals * np.exp(-2j * np.pi * carriers[:, None] * t)
@@ -292,14 +292,14 @@ def grow(
     orders = tuple(0 if i in silent else FIRST_ORDER for i in range(rank))
     before = np.inf
     while True:
-        series = fit(samples, nu, rank, orders, iterations=2, report=passes.take(GROWING, GROWING + REST))
+        series = fit(samples, nu, rank, orders, iterations=2, callback=passes.take(GROWING, GROWING + REST))
         nu = series.nu
         wanted = tuple(_enough(order, edge, largest) for order, edge in zip(orders, series.edge, strict=True))
         while np.prod([2.0 * order + 1 for order in wanted]) > LARGEST_BOX and wanted != orders:
             wanted = tuple(max(order, larger - 1) for order, larger in zip(orders, wanted, strict=True))
         stalled = series.misfit > 1e-7 and series.misfit > 0.7 * before
         if wanted == orders or stalled:
-            return fit(samples, nu, rank, orders, report=passes.take(GROWING, REST - GROWING))
+            return fit(samples, nu, rank, orders, callback=passes.take(GROWING, REST - GROWING))
         orders = wanted
         before = series.misfit
 
@@ -320,7 +320,7 @@ def _enough(order: int, edge: float, largest: int) -> int:
 
 
 def errors(
-    samples: WeightedSignals, series: Series, rank: int, drift: float, report: Report | None
+    samples: WeightedSignals, series: Series, rank: int, drift: float, callback: Callback | None
 ) -> tuple[np.ndarray, float]:
     """Return the error estimates of the frequencies, and the largest relative difference of those of two parts of the
     window.
@@ -335,7 +335,8 @@ def errors(
     ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
     windows = [window(samples.t[part], samples.signals[:, part], samples.carrier) for part in ends]
     parts = [
-        fit(part, series.nu, rank, orders, iterations=3, report=portion(report, k, 2)) for k, part in enumerate(windows)
+        fit(part, series.nu, rank, orders, iterations=3, callback=portion(callback, k, 2))
+        for k, part in enumerate(windows)
     ]
     largest = np.abs(series.nu).max(initial=1 / samples.time)
     unsettled = max(part.unsettled for part in parts) / (samples.time / 2)

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from enum import Enum
 from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ..core.classification import Classification
 from ..core.numbers import numbers, shown, whole
 from ..core.status import Status
 from ..frequencies.integer_lattice import determinant, inverse
@@ -45,13 +45,13 @@ class Unknown(NamedTuple):
         return len(self.coordinates)
 
 
-class Verdict(Enum):
-    """Whether an orbit lies on a torus; the value is the sentence for people."""
-
-    TORUS = "torus"
-    RESONANT = "resonant torus of lower dimension"
-    NOT_A_TORUS = "not a torus"
-    UNDECIDED = "undecided"
+SENTENCES = {
+    Classification.REGULAR: "torus",
+    Classification.RESONANT: "resonant torus of lower dimension",
+    Classification.IRREGULAR: "not a torus",
+    Classification.UNDECIDED: "undecided",
+}
+"""Whether an orbit lies on a torus, in words."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,9 @@ class TorusFit(Result, axis=None):
     evaluate(theta0 + nu t); k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual:
     largest ``|nu . dz/dtheta - X(z)|`` over points of the torus, relative to the largest ``|X|``; prediction_error:
     largest distance between the orbit and evaluate(theta0 + nu t) after the fitted time, relative to the size of the
-    orbit; verdict; dimension d of the torus; relations (n' - d, n'): integer vectors that annihilate the n' natural
-    frequencies; evidence: numbers by name; energy of z0; body.
+    orbit; classification: REGULAR, RESONANT (d < n), IRREGULAR (no torus) or UNDECIDED; dimension d of the torus;
+    relations (n' - d, n'): integer vectors that annihilate the n' natural frequencies; evidence: numbers by name;
+    energy of z0; model.
 
     For a map, and for a driven system's map over its period, t counts turns (iterates, periods) and nu is in cycles per
     turn: between 0 and 1, in the sense of a positive action; nu and J of an angle that winds have its own sense.
@@ -83,19 +84,19 @@ class TorusFit(Result, axis=None):
     coefficients: Annotated[np.ndarray, along("coordinate", "term")]
     residual: float
     prediction_error: float
-    verdict: Verdict
+    classification: Classification
     dimension: int
     relations: Annotated[np.ndarray, along("relation", "frequency")]
     evidence: Mapping[str, float]
     energy: float
-    body: Any
+    model: Any
     winding: Annotated[np.ndarray | None, along("coordinate", "angle")] = None
     islands: int = 1
 
     @property
     def _system(self) -> System:
         """The body with its traits and mechanics."""
-        return current_system(self.body)
+        return current_system(self.model)
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743
@@ -123,10 +124,11 @@ class TorusFit(Result, axis=None):
         :Raises: ValueError for a torus of fewer dimensions, or of a map.
         """
         n = len(self.coefficients) // 2
-        of_flow = isinstance(self.body, Unknown) or not turned(self._system)
+        of_flow = isinstance(self.model, Unknown) or not turned(self._system)
         if self.dimension != n or not of_flow or not np.isfinite(self.coefficients).all():
             raise ValueError(
-                f"maslov is of tori of {n} dimensions of a flow, got {self.verdict.value} of dimension {self.dimension}"
+                f"maslov is of tori of {n} dimensions of a flow, got {SENTENCES[self.classification]} of "
+                f"dimension {self.dimension}"
             )
         return np.array([self._caustics(i) for i in range(n)])
 
@@ -195,17 +197,17 @@ class TorusFit(Result, axis=None):
         return replace(self, k=k, coefficients=z, J=area(self._system, k, z, self.winding), residual=left)
 
     def summary(self) -> str:
-        """Return one line with the verdict and its numbers."""
+        """Return one line with the classification and its numbers."""
         pairs = ", ".join(f"{name} {value:.9g}" for name, value in zip(self.names, self.nu))
         text = (
-            f"{self.verdict.value}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "
+            f"{SENTENCES[self.classification]}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "
             f"residual {self.residual:.1e}, prediction error {self.prediction_error:.1e}"
         )
-        if self.verdict is Verdict.UNDECIDED:
+        if self.classification is Classification.UNDECIDED:
             outcome = Status(int(self.evidence["status"]))
             text += (
-                f"; a time of {self.evidence['longer']:.3g} may decide"
-                if "longer" in self.evidence
+                f"; a time of {self.evidence['suggested time']:.3g} may decide"
+                if "suggested time" in self.evidence
                 else f"; {outcome.sentence}"
                 if outcome == Status.INTERRUPTED
                 else "; the orbit failed"
@@ -240,12 +242,12 @@ def nothing(system: System, energy: float, evidence: dict, *, gone: bool = False
         coefficients=one,
         residual=np.inf,
         prediction_error=np.inf,
-        verdict=Verdict.NOT_A_TORUS if gone else Verdict.UNDECIDED,
+        classification=Classification.IRREGULAR if gone else Classification.UNDECIDED,
         dimension=n,
         relations=np.zeros((0, n), int),
         evidence=MappingProxyType(evidence),
         energy=energy,
-        body=system.model,
+        model=system.model,
     )
 
 
@@ -257,7 +259,7 @@ def point(
     moving = path[rows_of(system)]
     return replace(
         nothing(system, energy, evidence),
-        verdict=Verdict.RESONANT,
+        classification=Classification.RESONANT,
         names=(),
         nu=none,
         nu_error=none,

@@ -1,4 +1,4 @@
-"""Chaos maps: indicators against slow twins and laws, verdicts on known orbits, streaming, history, early stop,
+"""Chaos maps: indicators against slow twins and laws, classifications on known orbits, streaming, history, early stop,
 outcomes.
 """
 
@@ -21,20 +21,20 @@ from fastaff import (
     MEGNO,
     OFLI,
     SALI,
-    BirkhoffDigits,
     Body,
+    Classification,
     FrequencyDiffusion,
     HenonHeiles,
     Lyapunov,
     LyapunovSpectrum,
     ReversibilityError,
     Status,
-    ZeroOne,
+    WeightedBirkhoff,
+    ZeroOneTest,
     chaos_map,
     integrate,
     tangent_map,
 )
-from fastaff.chaos import Character
 from fastaff.chaos.streamed import own_rates, scales, symplectic_frame
 from fastaff.engine.jit import JIT_DISABLED
 from fastaff.runs.options import Options, plan
@@ -50,9 +50,9 @@ EVERY = (
     GALI(2),
     GALI(3),
     GALI(4),
-    BirkhoffDigits(),
+    WeightedBirkhoff(),
     FrequencyDiffusion(),
-    ZeroOne(),
+    ZeroOneTest(),
     ReversibilityError(),
 )
 STREAMED = EVERY[:9]
@@ -69,11 +69,11 @@ def known():
 
 def test_every_indicator_knows_the_orbits_of_the_literature(known):
     assert known.names[3] == "ofli"
-    expected = np.array([[Character.CHAOTIC, Character.REGULAR]] * len(EVERY))
-    for name in ("birkhoff_digits", "zero_one"):  # 160 periods: slow beats would look the same
-        expected[known.names.index(name), 0] = Character.UNDECIDED
-    np.testing.assert_array_equal(known.verdicts, expected)
-    np.testing.assert_array_equal(known.verdict, [Character.CHAOTIC, Character.REGULAR])
+    expected = np.array([[Classification.CHAOTIC, Classification.REGULAR]] * len(EVERY))
+    for name in ("weighted_birkhoff", "zero_one_test"):  # 160 periods: slow beats would look the same
+        expected[known.names.index(name), 0] = Classification.UNDECIDED
+    np.testing.assert_array_equal(known.classifications, expected)
+    np.testing.assert_array_equal(known.classification, [Classification.CHAOTIC, Classification.REGULAR])
     assert not known.disagree.any()
     assert 0.04 <= known.lyapunov[0] <= 0.08  # the range of the literature at E = 1/8
     assert known.megno[1] == pytest.approx(2.0, abs=0.05)
@@ -99,7 +99,9 @@ def test_spectra_sum_to_zero_and_pair(known):
 
 def test_any_frame_pairs_within_the_error_estimate():
     frame = np.linalg.qr(np.random.default_rng(8).standard_normal((4, 4)))[0]
-    found = chaos_map(HenonHeiles(), BOTH, time=2000.0, indicators=(LyapunovSpectrum(),), step=0.1, deviations=frame)
+    found = chaos_map(
+        HenonHeiles(), BOTH, time=2000.0, indicators=(LyapunovSpectrum(),), step=0.1, deviation_vectors=frame
+    )
     np.testing.assert_allclose(found.spectrum.sum(axis=0), 0, atol=1e-13)
     error = found.spectrum_error + found.spectrum_error[::-1]
     assert (np.abs(found.spectrum + found.spectrum[::-1]) <= error + 1e-3).all()
@@ -119,7 +121,7 @@ def twin(model, z0, time, observations):
     vectors, z, dt = symplectic_frame(n, 2 * n) / scale, np.array(z0), time / observations
     logs, mean, megno, weighted = np.zeros(2 * n), 0.0, 0.0, 0.0
     for k in range(observations):
-        step = tangent_map(model, z, time=dt, step=0.05, deviations=vectors)
+        step = tangent_map(model, z, time=dt, step=0.05, deviation_vectors=vectors)
         z, lengths = step.z[:, 0], np.linalg.norm(step.vectors[:, :, 0] * scale, axis=1)
         vectors = step.vectors[:, :, 0] / lengths[:, None]
         logs += np.log(lengths)
@@ -167,7 +169,7 @@ def test_what_is_called_regular_is_rarely_chaotic_in_the_end(energy, share):
     z0 = surface(energy, 120, seed=8)
     short, enough, long = (chaos_map(HenonHeiles(), z0, time=time) for time in (550.0, 760.0, 19000.0))
     assert not short.regular.any()
-    assert (short.longer[short.undecided] > 600.0).all()
+    assert (short.suggested_time[short.undecided] > 600.0).all()
     assert long.undecided.mean() < 0.05
     assert enough.regular.sum() > 10
     assert (long.chaotic & enough.regular).sum() <= share * enough.regular.sum()
@@ -228,7 +230,7 @@ def none_is_chaotic(model, size, orbits, time, indicators, **run):
     found = chaos_map(model, z0, time=time, indicators=indicators, **run)
     fine = found.status == Status.OK
     assert fine.mean() > 0.9
-    assert not (found.verdicts[:, fine] == Character.CHAOTIC).any(), found.summary()
+    assert not (found.classifications[:, fine] == Classification.CHAOTIC).any(), found.summary()
 
 
 COMPILED_ONLY_HERE = {"harmonic", "anharmonic", "heavy-top"}
@@ -247,11 +249,11 @@ def test_integrable_models_have_no_chaotic_orbit(model, size):
 
 
 def test_vectors_that_a_shear_tears_apart_at_once_are_no_evidence_of_chaos():
-    """GALI_4 of this orbit is beyond its limit after four turns of the radius, and stays there."""
+    """GALI_4 of this orbit is beyond its threshold after four turns of the radius, and stays there."""
     z0 = [0.35157306, -0.1379269, 0.75182566, 0.4161813, 0.08589251, -0.78958962, 0.09381623, -0.36855371]
     found = chaos_map(Body(fastaff.HeavyTop(A=0.5)), z0, time=100.0, indicators=(GALI(4),), scheme=DOP853)
-    assert found.gali_4[0] < found.limits[0, 0]
-    assert found.verdict[0] == Character.UNDECIDED
+    assert found.gali_4[0] < found.thresholds[0, 0]
+    assert found.classification[0] == Classification.UNDECIDED
 
 
 @pytest.mark.slow
@@ -268,7 +270,7 @@ def test_no_orbit_of_a_thousand_is_chaotic_in_integrable_planes(model, size):
 
 def test_energy_surfaces_of_henon_heiles_are_as_in_the_literature():
     """E = 1/12: hardly any chaos; E = 1/6: nearly all (Henon & Heiles 1964, figures 4 to 7)."""
-    section, axes = fastaff.Linear((1.0, 0.0, 0.0, 0.0)), (np.linspace(-0.45, 0.95, 16), np.linspace(-0.5, 0.5, 16))
+    section, axes = fastaff.Hyperplane((1.0, 0.0, 0.0, 0.0)), (np.linspace(-0.45, 0.95, 16), np.linspace(-0.5, 0.5, 16))
     fractions = []
     for energy in (1 / 12, 1 / 8, 0.999 / 6):
         z0 = fastaff.energy_grid(HenonHeiles(), energy=energy, section=section, axes=axes).z0
@@ -279,19 +281,19 @@ def test_energy_surfaces_of_henon_heiles_are_as_in_the_literature():
 
 
 def test_history_and_detection(known):
-    """The last record is the value; a limit is passed between two records."""
+    """The last record is the value; a threshold is passed between two records."""
     streamed = len(STREAMED)
     np.testing.assert_allclose(known.history_times[:, 0], np.arange(1, 21) * 50.0, rtol=0, atol=1e-9)
     np.testing.assert_array_equal(known.history[:streamed, -1], known.values[:streamed])
     assert np.isnan(known.history[streamed:]).all()
     np.testing.assert_array_equal(
-        np.isfinite(known.detected[:streamed]), known.verdicts[:streamed] == Character.CHAOTIC
+        np.isfinite(known.detection_time[:streamed]), known.classifications[:streamed] == Classification.CHAOTIC
     )
     for j in (4, 5, 8):
-        limit = known.limits[j, 0]
-        beyond = known.history[j, :, 0] > limit if STREAMED[j].above else known.history[j, :, 0] < limit
+        threshold = known.thresholds[j, 0]
+        beyond = known.history[j, :, 0] > threshold if STREAMED[j].above else known.history[j, :, 0] < threshold
         first = known.history_times[np.argmax(beyond), 0]
-        assert first - 100 <= known.detected[j, 0] <= first  # a swing may take it back before the next record
+        assert first - 100 <= known.detection_time[j, 0] <= first  # a swing may take it back before the next record
 
 
 @pytest.mark.parametrize("run", [{"step": 0.05}, {"scheme": DOP853}], ids=["fixed", "adaptive"])
@@ -301,9 +303,9 @@ def test_early_stop(run):
     assert (found.status == Status.OK).all()
     np.testing.assert_array_equal(found.chaotic, [True, False])
     assert found.t[1] == pytest.approx(1000.0)
-    assert found.t[0] == np.nanmax(found.detected[:, 0]) < 600
+    assert found.t[0] == np.nanmax(found.detection_time[:, 0]) < 600
     if "step" in run:
-        np.testing.assert_allclose(found.detected, whole.detected)
+        np.testing.assert_allclose(found.detection_time, whole.detection_time)
         np.testing.assert_array_equal(found.values[:, 1], whole.values[:, 1])
 
 
@@ -354,9 +356,9 @@ def test_an_indicator_says_the_same_alone_and_in_any_company(model, options):
         chosen = tuple(COMPANY[j] for j in random.permutation(len(COMPANY))[:count])
         found = chaos_map(model, z0, indicators=chosen, **run)
         for row, entry in enumerate(chosen):
-            for name in ("values", "limits", "verdicts", "detected", "history"):
-                # An orbit that failed for one of them has a status, and no verdict.
-                kept = found.status == Status.OK if name == "verdicts" else np.full(5, True)
+            for name in ("values", "thresholds", "classifications", "detection_time", "history"):
+                # An orbit that failed for one of them has a status, and no classification.
+                kept = found.status == Status.OK if name == "classifications" else np.full(5, True)
                 ours, theirs = getattr(found, name)[row][..., kept], getattr(alone[entry], name)[0][..., kept]
                 np.testing.assert_array_equal(ours, theirs, err_msg=f"{entry.name}, {name}: {chosen}")
         assert (found.status == Status.OK).sum() >= 3
@@ -364,7 +366,7 @@ def test_an_indicator_says_the_same_alone_and_in_any_company(model, options):
 
 def test_averages_are_those_of_samples():
     z0 = np.array(REGULAR)
-    found = chaos_map(HenonHeiles(), z0, time=300.0, step=0.05, indicators=(BirkhoffDigits(),))
+    found = chaos_map(HenonHeiles(), z0, time=300.0, step=0.05, indicators=(WeightedBirkhoff(),))
     path = march(HenonHeiles(), KAHAN_LI8, z0[:, None], 0.05, 6000)[1:, :, 0]
     kinetic, t = ((path[:, 2:] ** 2).sum(axis=1) / 2) ** 2, np.arange(1, 6001) * 0.05
     means = []
@@ -372,7 +374,7 @@ def test_averages_are_those_of_samples():
         x = 2 * (2 * t / 300.0 - 1) + shift
         weight = np.where(np.abs(x) < 1, np.exp(30.0 * (np.sqrt(np.clip(1 - x * x, 0, None)) - 1)), 0)
         means.append((weight * kinetic).sum() / weight.sum())
-    assert found.birkhoff_digits[0] == pytest.approx(-math.log10(abs(means[0] - means[1]) / max(means)), abs=0.3)
+    assert found.weighted_birkhoff[0] == pytest.approx(-math.log10(abs(means[0] - means[1]) / max(means)), abs=0.3)
 
 
 @pytest.mark.parametrize("count", [400, 401, 402, 403, 999, 4000])
@@ -399,10 +401,10 @@ def test_zero_one_calls_no_chaotic_orbit_regular():
     y, p_y = rng.uniform(-0.5, 0.9, 1200), rng.uniform(-0.5, 0.5, 1200)
     square = 2 * energy - y * y + 2 * y**3 / 3 - p_y**2
     z = np.array([0 * y, y, np.sqrt(np.maximum(square, 0)), p_y])[:, square > 0][:, : 16 if JIT_DISABLED else 400]
-    truth = chaos_map(HenonHeiles(), z, time=1000.0 if JIT_DISABLED else 50000.0).verdict
+    truth = chaos_map(HenonHeiles(), z, time=1000.0 if JIT_DISABLED else 50000.0).classification
     chaotic, regular = truth == 1, truth == 0
     for time, samples in ((1000.0, None), (1000.0, 4000), (2500.0, None), (2500.0, 10000)):
-        found = chaos_map(HenonHeiles(), z, time=time, indicators=ZeroOne(samples=samples)).verdict
+        found = chaos_map(HenonHeiles(), z, time=time, indicators=ZeroOneTest(samples=samples)).classification
         assert (found[chaotic] == 0).mean() <= 0.01
         assert not (found[regular] == 1).any()
         if not JIT_DISABLED and samples is None:
@@ -411,9 +413,9 @@ def test_zero_one_calls_no_chaotic_orbit_regular():
 
 
 def test_zero_one_tells_chaos_from_order():
-    found = chaos_map(HenonHeiles(), BOTH, time=2000.0, step=0.1, indicators=(ZeroOne(samples=1000),))
-    assert found.zero_one[0] > 0.8
-    assert abs(found.zero_one[1]) < 0.2
+    found = chaos_map(HenonHeiles(), BOTH, time=2000.0, step=0.1, indicators=(ZeroOneTest(samples=1000),))
+    assert found.zero_one_test[0] > 0.8
+    assert abs(found.zero_one_test[1]) < 0.2
 
 
 def test_reversibility_error_grows_as_rounding_errors_do():
@@ -431,10 +433,10 @@ def test_ensemble_of_indicators_without_tangent_vectors():
     )
     np.testing.assert_array_equal(found.chaotic, [True, False])
     assert found.history.shape == (2, 0, 2)
-    assert np.isnan(found.detected).all()
+    assert np.isnan(found.detection_time).all()
 
 
-def test_orbits_that_fail_have_a_status_and_no_verdict():
+def test_orbits_that_fail_have_a_status_and_no_classification():
     z0 = np.column_stack([REGULAR, [0.0, 1.5, 0.0, 1.0], [0.0, 0.1, 0.0, 0.0]])
     found = chaos_map(HenonHeiles(), z0, time=100.0, step=0.1)
     assert found.status[1] in (Status.ESCAPED, Status.NONFINITE)
@@ -449,7 +451,7 @@ def test_orbits_that_fail_have_a_status_and_no_verdict():
 
 
 def test_orbits_that_meet_steep_forces_late_get_shorter_steps(monkeypatch):
-    """A core that a trial of 16 radians misses: the energy of these stars is kept, beside DOP853's verdicts."""
+    """A core that a trial of 16 radians misses: the energy of these stars is kept, beside DOP853's classifications."""
     galaxy = fastaff.hamiltonian("log(Rc**2 + x**2 + (y/q)**2)/2", Rc=0.2, q=0.9)
     y = np.array([0.36837432, -0.33429969, 0.3880399, 0.51029282])
     p_x = np.array([0.32057775, 0.25158198, 0.45574634, 0.12034896])
@@ -484,24 +486,24 @@ def test_given_vectors_count_from_their_start():
     """Lengths and angles of the deviations change no growth: against the QR factors of the tangent map at both ends."""
     deviations = np.random.default_rng(3).standard_normal((4, 4)) * np.array([1e-200, 1.0, 30.0, 1e200])[:, None]
     indicators = (Lyapunov(), FLI(), MEGNO(), GALI(3), LyapunovSpectrum())
-    found = chaos_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=deviations)
+    found = chaos_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviation_vectors=deviations)
     scale = scale_of(HenonHeiles(), CHAOTIC, 40.0)[:, 0]
     unit = deviations / np.abs(deviations).max(axis=1, keepdims=True)
     unit /= np.linalg.norm(unit * scale, axis=1, keepdims=True)
-    ends = scale * tangent_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, deviations=unit).vectors[:, :, 0]
+    ends = scale * tangent_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, deviation_vectors=unit).vectors[:, :, 0]
     start, end = (np.log(np.abs(np.diag(np.linalg.qr(w.T, mode="r")))) for w in (unit * scale, ends))
     np.testing.assert_allclose(found.spectrum[:, 0], np.sort((end - start) / 40.0)[::-1], atol=1e-9)
     assert found.lyapunov[0] == pytest.approx(math.log(np.linalg.norm(ends[0])) / 40.0, abs=1e-11)
     lengths = np.linalg.norm(ends, axis=1)
     assert found.gali_3[0] == pytest.approx((end[:3] - np.log(lengths[:3])).sum() / math.log(10), abs=1e-9)
-    again = chaos_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=unit)
+    again = chaos_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviation_vectors=unit)
     np.testing.assert_allclose(again.values, found.values, atol=1e-9)
 
 
 def test_an_equilibrium_is_regular_for_every_indicator():
     found = chaos_map(HenonHeiles(), np.zeros(4), time=100.0, step=0.1, indicators=EVERY)
     assert np.isfinite(found.values).all()
-    assert not (found.verdicts == Character.CHAOTIC).any()
+    assert not (found.classifications == Classification.CHAOTIC).any()
 
 
 @pytest.mark.parametrize(
@@ -511,34 +513,34 @@ def test_an_equilibrium_is_regular_for_every_indicator():
         ({"indicators": ()}, TypeError, "must be a tuple"),
         ({"indicators": (SALI,)}, TypeError, r"write SALI\(\)"),
         ({"indicators": ("salli",)}, ValueError, "indicators must be one of .*Did you mean sali"),
-        ({"indicators": (SALI(), SALI(limit=-5.0))}, ValueError, "must differ"),
+        ({"indicators": (SALI(), SALI(threshold=-5.0))}, ValueError, "must differ"),
         ({"indicators": (GALI(5),)}, ValueError, r"GALI.count must be 2 ... 4"),
         ({"indicators": (GALI(2.5),)}, TypeError, "GALI.count must be a whole number"),
-        ({"indicators": (SALI(limit=math.nan),)}, ValueError, "SALI.limit must be finite"),
-        ({"indicators": (MEGNO(limit="2"),)}, TypeError, "MEGNO.limit must be a real number"),
-        ({"indicators": (BirkhoffDigits(),), "scheme": DOP853, "step": None}, ValueError, "fixed steps"),
+        ({"indicators": (SALI(threshold=math.nan),)}, ValueError, "SALI.threshold must be finite"),
+        ({"indicators": (MEGNO(threshold="2"),)}, TypeError, "MEGNO.threshold must be a real number"),
+        ({"indicators": (WeightedBirkhoff(),), "scheme": DOP853, "step": None}, ValueError, "fixed steps"),
         ({"indicators": (ReversibilityError(),), "scheme": fastaff.RK4}, ValueError, "splitting"),
-        ({"indicators": (ZeroOne(samples=10),)}, ValueError, "ZeroOne.samples must be at least 100"),
-        ({"indicators": (FrequencyDiffusion(angles=3),)}, TypeError, "angles"),
-        ({"indicators": (ZeroOne(),), "early_stop": True}, ValueError, "early_stop"),
+        ({"indicators": (ZeroOneTest(samples=10),)}, ValueError, "ZeroOneTest.samples must be at least 100"),
+        ({"indicators": (FrequencyDiffusion(signals=3),)}, TypeError, "signals"),
+        ({"indicators": (ZeroOneTest(),), "early_stop": True}, ValueError, "early_stop"),
         ({"history": -1}, ValueError, "history must be at least 0"),
-        ({"deviations": np.eye(4)[:1]}, ValueError, "at least 2 vectors"),
-        ({"deviations": [[1.0, 0, 0, 0], [0, 0, 0, 0]]}, ValueError, "linearly independent"),
-        ({"deviations": [[0.1, 0.3, 0.7, 0], [0.2, 0.6, 1.4, 0]]}, ValueError, "linearly independent"),
-        ({"deviations": np.random.default_rng(1).standard_normal((5, 4))}, ValueError, "at most 4"),
-        ({"indicators": (MEGNO(limit=None),)}, TypeError, "MEGNO.limit must be a real number"),
+        ({"deviation_vectors": np.eye(4)[:1]}, ValueError, "at least 2 vectors"),
+        ({"deviation_vectors": [[1.0, 0, 0, 0], [0, 0, 0, 0]]}, ValueError, "linearly independent"),
+        ({"deviation_vectors": [[0.1, 0.3, 0.7, 0], [0.2, 0.6, 1.4, 0]]}, ValueError, "linearly independent"),
+        ({"deviation_vectors": np.random.default_rng(1).standard_normal((5, 4))}, ValueError, "at most 4"),
+        ({"indicators": (MEGNO(threshold=None),)}, TypeError, "MEGNO.threshold must be a real number"),
         (
-            {"indicators": (BirkhoffDigits(),), "scheme": fastaff.schemes.Automatic((DOP853,)), "step": None},
+            {"indicators": (WeightedBirkhoff(),), "scheme": fastaff.schemes.Automatic((DOP853,)), "step": None},
             ValueError,
             "fixed steps",
         ),
-        ({"indicators": (LyapunovSpectrum(),), "deviations": np.eye(4)[:2]}, ValueError, "at least 4 vectors"),
+        ({"indicators": (LyapunovSpectrum(),), "deviation_vectors": np.eye(4)[:2]}, ValueError, "at least 4 vectors"),
         ({"time": 0.0}, ValueError, "time must be positive"),
     ],
 )
 def test_wrong_input_is_refused(arguments, problem, words):
     with pytest.raises(problem, match=words):
-        chaos_map(**{"body": HenonHeiles(), "z0": REGULAR, "time": 10.0, "step": 0.1, **arguments})
+        chaos_map(**{"model": HenonHeiles(), "z0": REGULAR, "time": 10.0, "step": 0.1, **arguments})
 
 
 def test_the_result_names_its_indicators(known):
@@ -575,7 +577,7 @@ def test_an_orbit_that_collapses_ends_where_it_does():
 
 
 def surface(energy, orbits, seed=2):
-    section = fastaff.Linear((1.0, 0.0, 0.0, 0.0))
+    section = fastaff.Hyperplane((1.0, 0.0, 0.0, 0.0))
     return fastaff.energy_sample(HenonHeiles(), energy=energy, section=section, orbits=orbits, seed=seed).z0
 
 
@@ -583,19 +585,19 @@ def surface(energy, orbits, seed=2):
 def in_units(*units):
     """Regular and chaotic orbits, the same in any units of length, time and mass."""
     z0, own = np.concatenate([surface(0.03, 20), surface(0.16, 12)], axis=1), HenonHeilesInUnits(*units)
-    indicators = (FLI(), OFLI(), MEGNO(), SALI(), GALI(3), LyapunovSpectrum(), ReversibilityError(), BirkhoffDigits())
+    indicators = (FLI(), OFLI(), MEGNO(), SALI(), GALI(3), LyapunovSpectrum(), ReversibilityError(), WeightedBirkhoff())
     return chaos_map(own, own.rows(z0), time=700.0 * own.time, step=0.1 * own.time, indicators=indicators)
 
 
 @pytest.mark.parametrize("units", [(1e6, 1.0, 1.0), (1.0, 1e-6, 1.0), (1e-6, 1e6, 3e5), (7e3, 3e-2, 1e-6)], ids=str)
 def test_units_change_nothing(units):
-    """Lengths, times and masses from 1e-6 to 1e6: verdicts are the same, and values where chaos magnifies no
+    """Lengths, times and masses from 1e-6 to 1e6: classifications are the same, and values where chaos magnifies no
     rounding.
     """
     plain, found = (in_units(*given) for given in ((), units))
     own = HenonHeilesInUnits(*units)
     np.testing.assert_array_equal(found.status, plain.status)
-    np.testing.assert_array_equal(found.verdict, plain.verdict)
+    np.testing.assert_array_equal(found.classification, plain.classification)
     assert plain.regular[:20].all()
     assert plain.chaotic[20:].mean() > 0.7
     for name in ("fli", "ofli", "megno", "sali", "gali_3"):
@@ -609,7 +611,7 @@ def test_the_step_is_the_one_asked_for():
     """Steps of 0.4 and 0.2 give different orbits; one that doesn't divide the time is the nearest shorter one that
     does.
     """
-    indicators = (MEGNO(), BirkhoffDigits(), ZeroOne(), ReversibilityError())
+    indicators = (MEGNO(), WeightedBirkhoff(), ZeroOneTest(), ReversibilityError())
     long, short = (chaos_map(HenonHeiles(), BOTH, time=100.0, step=step, indicators=indicators) for step in (0.4, 0.2))
     assert (long.step, short.step) == (0.4, 0.2)
     assert (long.energy_error > 10 * short.energy_error).all()
@@ -628,7 +630,7 @@ def test_fli_and_ofli_are_maxima_over_all_steps(start):
     w = symplectic_frame(2, 1) / scale
     fli = ofli = 0.0
     for _ in range(160):
-        moved = tangent_map(model, z, time=h, step=h, deviations=w)
+        moved = tangent_map(model, z, time=h, step=h, deviation_vectors=w)
         z, w = moved.z[:, 0], moved.vectors[:, :, 0]
         flow = scale * np.array([*model.velocity(*z[2:]), *model.force(*z[:2])])
         own = scale * w[0]
@@ -639,16 +641,16 @@ def test_fli_and_ofli_are_maxima_over_all_steps(start):
     assert found.ofli[0] == pytest.approx(ofli, abs=1e-10)
 
 
-def test_without_evidence_the_verdict_is_undecided():
+def test_without_evidence_the_classification_is_undecided():
     """Two periods say nothing, and the result says how long a run may; sticky or slow orbits get the same word."""
     short = chaos_map(HenonHeiles(), BOTH, time=12.0, step=0.1)
-    np.testing.assert_array_equal(short.verdict, [Character.UNDECIDED] * 2)
+    np.testing.assert_array_equal(short.classification, [Classification.UNDECIDED] * 2)
     assert math.isnan(short.fraction)
-    assert (short.longer >= 48.0).all()
+    assert (short.suggested_time >= 48.0).all()
     assert "2 undecided (time" in short.summary()
-    longer = chaos_map(HenonHeiles(), BOTH, time=20 * short.longer.max(), step=0.1)
-    np.testing.assert_array_equal(longer.verdict, [Character.CHAOTIC, Character.REGULAR])
-    assert np.isnan(longer.longer).all()
+    longer = chaos_map(HenonHeiles(), BOTH, time=20 * short.suggested_time.max(), step=0.1)
+    np.testing.assert_array_equal(longer.classification, [Classification.CHAOTIC, Classification.REGULAR])
+    assert np.isnan(longer.suggested_time).all()
 
 
 REGULAR_SETS = {
@@ -667,8 +669,8 @@ def test_averages_that_have_not_settled_are_no_evidence_of_chaos(make):
     """At 100 to 200 periods beats cost regular orbits their digits."""
     model, z0 = make()
     for time in (120.0, 900.0):
-        found = chaos_map(model, z0, time=time, indicators=(BirkhoffDigits(), ReversibilityError()))
-        assert not (found.verdicts == Character.CHAOTIC).any(), found.summary()
+        found = chaos_map(model, z0, time=time, indicators=(WeightedBirkhoff(), ReversibilityError()))
+        assert not (found.classifications == Classification.CHAOTIC).any(), found.summary()
 
 
 @pytest.mark.slow
@@ -679,8 +681,8 @@ def test_chaotic_orbits_are_seldom_called_regular(model):
     """
     z0 = surface(0.999 / 6, 200) if isinstance(model, HenonHeiles) else random_starts(model, 200, 1.0)
     truth = chaos_map(model, z0, time=6000.0, indicators=(MEGNO(),), early_stop=True)
-    found = chaos_map(model, z0, time=600.0, indicators=(FLI(), OFLI(), MEGNO(), SALI(), GALI(4), BirkhoffDigits()))
+    found = chaos_map(model, z0, time=600.0, indicators=(FLI(), OFLI(), MEGNO(), SALI(), GALI(4), WeightedBirkhoff()))
     chaotic = truth.chaotic & (found.status == Status.OK)
     assert chaotic.sum() > 150
     assert (found.regular & chaotic).sum() <= 0.02 * chaotic.sum()
-    assert not (found.verdicts[:, chaotic] == Character.REGULAR).all(axis=0).any()
+    assert not (found.classifications[:, chaotic] == Classification.REGULAR).all(axis=0).any()

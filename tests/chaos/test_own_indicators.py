@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.chaos import Character
+from fastaff import Classification
 from fastaff.chaos.indicator import NEEDS, Indicator, VectorIndicator, Watch, is_indicator
 from fastaff.core.numbers import portion
 from fastaff.engine.jit import LANES
@@ -21,8 +21,8 @@ HENON = fa.HenonHeiles()
 STARTS = np.array([[0.0, 0.0, 0.0], [-0.25, 0.1, 0.12], [0.42, 0.4, 0.36], [0.0, 0.1, 0.08]])
 RUN = {"time": 1000.0, "step": 0.1}
 DAMPED = fa.hamiltonian("(x**2 + y**2)/2 + x**2*y - y**3/3", friction=0.02)
-DRIVEN = fa.hamiltonian("x**2/2*(1.3 + 0.2*cos(t))", coordinates="x", period="2*pi")
-LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+DRIVEN = fa.hamiltonian("x**2/2*(1.3 + 0.2*cos(t))", coordinates="x", drive_period="2*pi")
+LORENZ = fa.ode("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
 MAP = fa.models.HenonMap(0.2054)
 
 
@@ -34,12 +34,12 @@ def area(growth, i):
 class Area(VectorIndicator):
     """Decades by which the area of two tangent vectors has grown."""
 
-    limit: float = 8.0
+    threshold: float = 8.0
     name = "area"
     count = 2
     reading = staticmethod(area)
 
-    def calm(self, value, before, limit, n):
+    def calm(self, value, before, threshold, n):
         return value - before < 1.5
 
 
@@ -48,24 +48,24 @@ class TwoOrbits(Indicator):
     """Decades by which the distance of two orbits has grown that start next to each other."""
 
     apart: float = 1e-10
-    limit: float | None = None
+    threshold: float | None = None
     name = "two_orbits"
     needs = ("energy",)
 
     def default(self, n, phase):
         return 4.0 + np.log10(np.maximum(phase, 10.0))
 
-    def calm(self, value, before, limit, n):
-        return value < limit - 0.5
+    def calm(self, value, before, threshold, n):
+        return value < threshold - 0.5
 
-    def check(self, where, body):
+    def check(self, where, model):
         if not 0 < self.apart < 1:
             raise ValueError(f"{where}.apart must be between 0 and 1, got {self.apart}")
 
-    def compute(self, flow, z0, time, rates, report):
+    def compute(self, flow, z0, time, rates, callback):
         near = z0 + self.apart * np.abs(z0).max(axis=0)
         runs = [
-            flow.observed(start, observers.nothing(), time=time, observations=1, report=portion(report, k, 2))[0]
+            flow.observed(start, observers.nothing(), time=time, observations=1, callback=portion(callback, k, 2))[0]
             for k, start in enumerate((z0, near))
         ]
         with np.errstate(all="ignore"):
@@ -91,10 +91,10 @@ def farthest(value, lanes, orbit, fresh, t, z, memory, out, done):
 class Farthest(Indicator):
     """The largest |y|, which is watched beside the tangent vectors; it calls no orbit regular."""
 
-    limit: float = 0.6
+    threshold: float = 0.6
     name = "farthest"
 
-    def calm(self, value, before, limit, n):
+    def calm(self, value, before, threshold, n):
         return np.zeros(value.shape, bool)
 
     def watch(self, flow, time, rates):
@@ -110,42 +110,44 @@ def refused(model, z0, *indicators, **options):
 
 def test_an_indicator_of_tangent_vectors_from_outside():
     """The bits of a TangentIndicator with the same function, in the same pass as those of the package."""
-    twin = fa.chaos.TangentIndicator("twin", area, limit=8.0, count=2)
+    twin = fa.chaos.TangentIndicator("twin", area, threshold=8.0, count=2)
     found = fa.chaos_map(HENON, STARTS, indicators=(fa.MEGNO(), Area(), twin), history=4, **RUN)
     assert found.names == ("megno", "area", "twin")
     np.testing.assert_array_equal(found.area, found.twin)
     np.testing.assert_array_equal(found.history[1], found.history[2])
     np.testing.assert_array_equal(found.megno, fa.chaos_map(HENON, STARTS, history=4, **RUN).megno)
-    assert [*found.verdicts[1]] == [Character.CHAOTIC, Character.REGULAR, Character.REGULAR]
+    assert [*found.classifications[1]] == [Classification.CHAOTIC, Classification.REGULAR, Classification.REGULAR]
     assert "1 chaotic" in fa.chaos_map(HENON, STARTS, indicators=Area(), early_stop=True, **RUN).summary()
     assert np.isfinite(fa.chaos_map(LORENZ, [1.0, 2.0, 20.0], time=20.0, indicators=Area()).area).all()
 
 
 def test_an_indicator_with_a_pass_of_its_own_from_outside():
-    """Its values are those of the two integrations; it counts in the verdict, the summary and rows by name."""
+    """Its values are those of the two integrations; it counts in the classification, the summary and rows by name."""
     found = fa.chaos_map(HENON, STARTS, indicators=TwoOrbits(), **RUN)
     first, near = (fa.integrate(HENON, z, **RUN).z for z in (STARTS, STARTS + 1e-10 * np.abs(STARTS).max(axis=0)))
     away = np.linalg.norm(near - first, axis=0)
     assert np.all(np.abs(found.two_orbits[1:] - np.log10(away / (2e-10 * np.abs(STARTS).max(axis=0)))[1:]) < 1e-3)
-    assert [*found.verdict] == [Character.CHAOTIC, Character.REGULAR, Character.REGULAR]
+    assert [*found.classification] == [Classification.CHAOTIC, Classification.REGULAR, Classification.REGULAR]
     assert "2 regular, 1 chaotic, 0 undecided" in found.summary()
     np.testing.assert_array_equal(found["two_orbits"], found.values[0])
     beside = fa.chaos_map(HENON, STARTS, indicators=(fa.SALI(), TwoOrbits(), Farthest()), **RUN)
     np.testing.assert_array_equal(beside.two_orbits, found.two_orbits)
     np.testing.assert_array_equal(beside.sali, fa.chaos_map(HENON, STARTS, indicators="sali", **RUN).sali)
-    assert (beside.verdict == found.verdict).all()
+    assert (beside.classification == found.classification).all()
     shares = fa.chaotic_fraction(lambda lam: (fa.HenonHeiles(lam), STARTS), ([1.0],), indicators=(TwoOrbits(),), **RUN)
     assert shares.chaotic == 1
     assert shares.indicators == ("two_orbits",)
 
 
 def test_an_indicator_with_an_observer_from_outside():
-    found = fa.chaos_map(HENON, STARTS, indicators=(fa.BirkhoffDigits(), Farthest(), fa.ZeroOne(), fa.MEGNO()), **RUN)
+    found = fa.chaos_map(
+        HENON, STARTS, indicators=(fa.WeightedBirkhoff(), Farthest(), fa.ZeroOneTest(), fa.MEGNO()), **RUN
+    )
     path = fa.integrate(HENON, STARTS, samples=10_000, **RUN).samples[:, 1]
     np.testing.assert_allclose(found.farthest, np.abs(path).max(axis=0), rtol=1e-9)
-    alone = fa.chaos_map(HENON, STARTS, indicators=(fa.ZeroOne(), fa.BirkhoffDigits()), **RUN)
-    np.testing.assert_array_equal(found.zero_one, alone.zero_one)
-    np.testing.assert_array_equal(found.birkhoff_digits, alone.birkhoff_digits)
+    alone = fa.chaos_map(HENON, STARTS, indicators=(fa.ZeroOneTest(), fa.WeightedBirkhoff()), **RUN)
+    np.testing.assert_array_equal(found.zero_one_test, alone.zero_one_test)
+    np.testing.assert_array_equal(found.weighted_birkhoff, alone.weighted_birkhoff)
 
 
 @pytest.mark.parametrize(
@@ -177,18 +179,18 @@ def test_what_a_system_lacks_is_said(model, z0, needs, options, words):
 
 def test_own_fields_are_checked():
     assert "indicators[0], TwoOrbits.apart must be" in refused(HENON, STARTS, TwoOrbits(apart=2.0))
-    assert "indicators[1], Area.limit must be finite" in refused(HENON, STARTS, fa.SALI(), Area(limit=np.inf))
-    assert "indicators must differ, got area, area" in refused(HENON, STARTS, Area(), Area(limit=2.0))
+    assert "indicators[1], Area.threshold must be finite" in refused(HENON, STARTS, fa.SALI(), Area(threshold=np.inf))
+    assert "indicators must differ, got area, area" in refused(HENON, STARTS, Area(), Area(threshold=2.0))
     assert "write TwoOrbits()" in refused(HENON, STARTS, TwoOrbits)
     assert "early_stop takes indicators of tangent vectors" in refused(HENON, STARTS, TwoOrbits(), early_stop=True)
 
     @dataclass(frozen=True)
     class Silent(Indicator):
-        limit: float = 1.0
+        threshold: float = 1.0
         name: str = "silent"
 
-        def calm(self, value, before, limit, n):
-            return value < limit
+        def calm(self, value, before, threshold, n):
+            return value < threshold
 
     assert "Silent must read vectors, or have a `watch` or a `compute`" in refused(HENON, STARTS, Silent())
     assert "Silent.name must be a name such as" in refused(HENON, STARTS, Silent(name="not a name"))
@@ -197,7 +199,7 @@ def test_own_fields_are_checked():
 @pytest.mark.parametrize("answer", [None, np.ones(3), (np.ones(3), np.nan), (np.ones(2), np.nan, np.zeros(3, int))])
 def test_what_a_pass_returns_is_checked(answer):
     class Wrong(TwoOrbits):
-        def compute(self, flow, z0, time, rates, report):
+        def compute(self, flow, z0, time, rates, callback):
             return answer
 
     assert "compute of the indicator two_orbits must return values" in refused(HENON, STARTS, Wrong())
@@ -207,21 +209,21 @@ def test_a_value_that_inherits_nothing_is_an_indicator():
     """It has all that the contract has; what lacks something is refused with what it lacks."""
 
     class Bare:
-        name, limit, above, rate, least, needs = "bare", 3.0, True, False, 0.0, ()
+        name, threshold, above, rate, least, needs = "bare", 3.0, True, False, 0.0, ()
 
         def vectors(self, n):
             return 0
 
-        def check(self, where, body):
+        def check(self, where, model):
             return None
 
         def watch(self, flow, time, rates):
             return None
 
-        def calm(self, value, before, limit, n):
-            return value < limit
+        def calm(self, value, before, threshold, n):
+            return value < threshold
 
-        def compute(self, flow, z0, time, rates, report):
+        def compute(self, flow, z0, time, rates, callback):
             return np.full(z0.shape[1], 2.0), np.nan, np.zeros(z0.shape[1], int)
 
     assert is_indicator(Bare())
@@ -238,21 +240,21 @@ def test_an_interrupted_pass_leaves_its_orbits_open():
 
     many = np.repeat(STARTS, 40, axis=1)
     with pytest.raises(fa.Interrupted) as stopped:
-        fa.chaos_map(HENON, many, time=2e4, step=0.02, indicators=TwoOrbits(), report=stop)
+        fa.chaos_map(HENON, many, time=2e4, step=0.02, indicators=TwoOrbits(), callback=stop)
     assert (stopped.value.partial.status == fa.Status.INTERRUPTED).all()
 
 
 def test_one_orbit_lost_in_its_pass_is_marked():
     class Lossy(TwoOrbits):
-        def compute(self, flow, z0, time, rates, report):
-            value, before, status = super().compute(flow, z0, time, rates, report)
+        def compute(self, flow, z0, time, rates, callback):
+            value, before, status = super().compute(flow, z0, time, rates, callback)
             status[1] = fa.Status.NONFINITE
             return value, before, status
 
     found = fa.chaos_map(HENON, STARTS, indicators=(fa.SALI(), Lossy()), **RUN)
     assert [*found.status] == [fa.Status.OK, fa.Status.NONFINITE, fa.Status.OK]
-    assert found.verdict[1] == Character.UNDECIDED
-    assert replace(Lossy(), limit=2.0).limit == 2.0
+    assert found.classification[1] == Classification.UNDECIDED
+    assert replace(Lossy(), threshold=2.0).threshold == 2.0
 
 
 def lost(growth, i):
@@ -263,21 +265,21 @@ def lost(growth, i):
 class Lost(Area):
     """The same decades as they are lost: chaotic orbits are below."""
 
-    limit: float = -8.0
+    threshold: float = -8.0
     name = "lost"
     label = "decades lost"
     above = False
     reading = staticmethod(lost)
 
-    def calm(self, value, before, limit, n):
+    def calm(self, value, before, threshold, n):
         return before - value < 1.5
 
 
 def test_colours_of_an_indicator_that_falls_are_those_of_one_that_rises(tmp_path):
     """Bright is chaotic, in sections and maps, after a file too, under its own label, whatever the name."""
     starts = fa.energy_sample(HENON, energy=0.13, section="x=0", orbits=40, seed=2)
-    chosen: tuple = (Area(), Lost(), fa.chaos.TangentIndicator("sali", lost, limit=-8.0, above=False, count=2))
-    chosen += (fa.chaos.TangentIndicator("digits", area, limit=8.0, count=2),)
+    chosen: tuple = (Area(), Lost(), fa.chaos.TangentIndicator("sali", lost, threshold=-8.0, above=False, count=2))
+    chosen += (fa.chaos.TangentIndicator("digits", area, threshold=8.0, count=2),)
     found = fa.chaos_map(HENON, starts, indicators=chosen, **RUN)
     assert found.chaotic.any()
     assert found.regular.any()
@@ -297,4 +299,7 @@ def test_colours_of_an_indicator_that_falls_are_those_of_one_that_rises(tmp_path
         for name in ("lost", "sali", "digits"):
             np.testing.assert_allclose(colours[name], colours["area"], atol=0.01)
         light = colours["lost"][:, :3] @ [0.3, 0.6, 0.1]
-        assert light[found.verdicts[1] == Character.CHAOTIC].min() > light[found.verdicts[1] == Character.REGULAR].max()
+        assert (
+            light[found.classifications[1] == Classification.CHAOTIC].min()
+            > light[found.classifications[1] == Classification.REGULAR].max()
+        )

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff import Status
-from fastaff.chaos import Character
+from fastaff import Classification, Status
 
 WELLS = {
     "pendulum": ("-{k}*cos({u})", lambda u: -np.cos(u), 1.0, 3.0),
@@ -33,11 +32,11 @@ def test_one_degree_of_freedom_is_never_chaotic(well):
         k = 10 ** rng.uniform(-0.7, 0.7)
         model = fa.hamiltonian(WELLS[well][0].format(k="k", u="x"), coordinates="x", k=k)
         found = fa.chaos_map(model, beside_the_separatrix(rng, well, k, 25), time=time, indicators=INDICATORS)
-        assert not (found.verdicts == Character.CHAOTIC).any(), (k, time)
+        assert not (found.classifications == Classification.CHAOTIC).any(), (k, time)
 
 
 def test_the_pendulum_beside_its_separatrix():
-    model = fa.hamiltonian("-cos(x)", coordinates="x", periods={"x": "2*pi"})
+    model = fa.hamiltonian("-cos(x)", coordinates="x", periodic={"x": "2*pi"})
     assert not fa.chaos_map(model, [0.0, 2 - 1e-7], time=1000.0).chaotic.any()
 
 
@@ -61,7 +60,7 @@ def test_products_beside_separatrices_are_never_chaotic(wells):
     for time in (100.0, 300.0, 1000.0, 3000.0, 10000.0):
         model, z0 = product(rng, wells, 25)
         found = fa.chaos_map(model, z0, time=time, indicators=INDICATORS)
-        assert not (found.verdicts == Character.CHAOTIC).any(), time
+        assert not (found.classifications == Classification.CHAOTIC).any(), time
 
 
 @pytest.mark.parametrize("time", [100, 1000, 10000])
@@ -70,12 +69,12 @@ def test_integrable_maps_beside_separatrices_are_never_chaotic(time):
     rng = np.random.default_rng(49)
     for _ in range(4):
         g = rng.uniform(1.05, 3)
-        model = fa.mapping("x1 = p; p1 = -x + 2*g*p/(1 + p**2)", g=g)
+        model = fa.iterated_map("x1 = p; p1 = -x + 2*g*p/(1 + p**2)", g=g)
         x, kept = 0.9 * np.sqrt(g - 1) * rng.uniform(0.1, 1, 25), -(10.0 ** rng.uniform(-10, -2, 25))
         root = np.sqrt(np.maximum((g * x) ** 2 - (1 + x**2) * (x**2 - kept), 0.0))
         start = np.array([x, (g * x + root) / (1 + x**2)])
         found = fa.chaos_map(model, start[:, root > 0], time=time, indicators=INDICATORS)
-        assert not (found.verdicts == Character.CHAOTIC).any(), g
+        assert not (found.classifications == Classification.CHAOTIC).any(), g
 
 
 def test_rest_on_a_saddle_is_not_chaotic():
@@ -90,7 +89,7 @@ def test_rest_on_a_saddle_is_not_chaotic():
 
 
 def test_chaotic_orbits_are_found():
-    """The numbers that were found by growth beyond the limits alone."""
+    """The numbers that were found by growth beyond the thresholds alone."""
     rng = np.random.default_rng(50)
     starts = rng.uniform(0, 2 * np.pi, (2, 100))
     assert fa.chaos_map(fa.models.StandardMap(6.0), starts, time=100).chaotic.sum() == 100

@@ -70,7 +70,7 @@ def test_save_never_overwrites_unless_told(tmp_path):
     second = files.save(tmp_path / "a", small(), seed=2)
     assert [first.name, second.name] == ["a.npz", "a-2.npz"]
     assert files.contents(first).metadata["seed"] == 1
-    assert files.save(tmp_path / "a", small(), seed=3, force=True) == first
+    assert files.save(tmp_path / "a", small(), seed=3, overwrite=True) == first
     assert files.contents(first).metadata["seed"] == 3
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a-2.npz", "a.npz"]
 
@@ -118,7 +118,7 @@ KEPLER = (
         (["poincare", "--map", "--orbits", "3"], "--map takes a value  ("),
         (
             ["poincare", "--hamiltonian=-cos(x) - cos(y)", "--energy", "-1"],
-            "into pieces without end: give --range1",
+            "into pieces without end: give --q-range",
         ),
         (
             [
@@ -132,7 +132,7 @@ KEPLER = (
                 "--section",
                 "y=0",
             ],
-            "does not bound the motion: give --range1 and --range2",
+            "does not bound the motion: give --q-range and --p-range",
         ),
         (["poincare", *SURFACE, "--C", "2"], "--C is not a parameter of neo-hookean"),
         (["poincare", *SURFACE, "--scheme", "KAHANLI"], "Did you mean KAHAN_LI8?"),
@@ -144,14 +144,14 @@ KEPLER = (
         (["poincare", *SURFACE, "--orbits", "100000000000"], "--orbits asks for 93.13 GiB of memory"),
         (["poincare", *SURFACE, "--grid", "0x3"], "--grid must be"),
         (["poincare", *SURFACE, "--grid", "3x3", "--orbits", "4"], "not both"),
-        (["poincare", *SURFACE, "--range1", "2:1"], "LOW:HIGH"),
+        (["poincare", *SURFACE, "--q-range", "2:1"], "LOW:HIGH"),
         (["poincare", *SURFACE, "--crossings", "0"], "crossings must be at least 1"),
         (["poincare", *SURFACE, "--out", "/nowhere/at/all"], "does not exist"),
         (["poincare", *SURFACE, "--sction", "x"], "--section"),
         (["poincar"], "Did you mean"),
         (
             ["poincare", *SURFACE, "--formula", "D1**2", "--model", "harmonic"],
-            "give one of --model, --formula, --hamiltonian, --map and --flow",
+            "give one of --model, --formula, --hamiltonian, --map and --ode",
         ),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--C", "2"], "a formula takes --parameter C=2"),
         (["poincare", *SURFACE, "--orbits", "2.7"], "--orbits: it must be a whole number, got '2.7'"),
@@ -171,11 +171,11 @@ KEPLER = (
         (["chaos-map", *SURFACE, "--indicators", "megno,salli"], "Did you mean sali?"),
         (["chaos-map", *SURFACE, "--indicators", "megno,megno"], "indicators must differ"),
         (
-            ["chaos-map", *SURFACE, "--indicators", "zero_one", "--early-stop"],
+            ["chaos-map", *SURFACE, "--indicators", "zero_one_test", "--early-stop"],
             "--early-stop takes indicators of tangent vectors only",
         ),
         (["chaos-map", *SURFACE, "--time", "0"], "time must be positive"),
-        (["chaos-map", *SURFACE, "--time", "10", "--periods", "10"], "--time or --periods, not both"),
+        (["chaos-map", *SURFACE, "--time", "10", "--returns", "10"], "--time or --returns, not both"),
         (["chaos-map", *SURFACE, "--scan", "enrgy=1:2:3"], "Did you mean energy?"),
         (["chaos-map", *SURFACE, "--scan", "C=1:2:3"], "must be one of energy, p_eta, p_gamma, p_phi, p_psi, G, K, mu"),
         (["chaos-map", *SURFACE, "--scan", "energy=2:1:3"], "NAME=LOW:HIGH:N"),
@@ -217,7 +217,7 @@ def test_help(command, capsys):
 def test_help_describes_every_option(capsys):
     cli.main(["poincare", "--help"])
     text = capsys.readouterr().out
-    options = "model energy p-eta section grid range1 crossings max-time out lam"
+    options = "model energy p-eta section grid q-range crossings max-time out lam"
     for option in options.split():
         assert f"--{option}" in text
     assert "--no-no-" not in text
@@ -277,14 +277,14 @@ def test_chaos_map_command(tmp_path, capsys):
     orbits = arrays["status"].size
     assert metadata["names"] == ["megno", "gali_3"]
     assert arrays["values"].shape == (2, orbits)
-    assert arrays["cell"].size == orbits == 20 - arrays["forbidden"].sum()
+    assert arrays["cell_index"].size == orbits == 20 - arrays["inaccessible"].sum()
     assert metadata["time"] == 400
     assert metadata["interrupted"] is False
     assert f"{fastaff.load(tmp_path / 'c.npz').shares.said()}; {orbits} orbits" in said
     assert (arrays["interval"][0] < metadata["fraction"]) & (metadata["fraction"] < arrays["interval"][1])
     assert arrays["bounds"].shape == (2,)
     assert (
-        f"{int(((arrays['verdict'] == fastaff.chaos.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic"
+        f"{int(((arrays['classification'] == fastaff.Classification.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic"
         in said
     )
     direct = fastaff.chaos_map(
@@ -300,12 +300,12 @@ def test_chaos_map_command(tmp_path, capsys):
 
 
 def test_chaos_map_of_random_orbits_over_periods(tmp_path):
-    run = "chaos-map --model henon-heiles --energy 0.12 --orbits 20 --periods 30 --early-stop"
+    run = "chaos-map --model henon-heiles --energy 0.12 --orbits 20 --returns 30 --early-stop"
     assert cli.main([*run.split(), "--indicators", "megno", "--out", str(tmp_path / "c")]) == 0
     arrays, metadata = files.contents(tmp_path / "c.npz")
     assert arrays["start_points"].shape == (2, 20)
     np.testing.assert_allclose(arrays["start_points"], arrays["z0"][[1, 3]])
-    assert metadata["periods"] == 30
+    assert metadata["returns"] == 30
     # The frequencies of the well are 1: a return to x = 0 takes somewhat more than 2 pi.
     assert 30 * 2 * np.pi < metadata["time"] < 30 * 8.0
 
@@ -322,7 +322,7 @@ def test_scans(tmp_path, capsys):
     assert arrays["orbits"].tolist() == [0, 6, 6]
     assert np.isnan(arrays["fraction"]).tolist() == [True, False, False]
     assert (tmp_path / "one.png").exists()
-    both = ["--energy", "1.5", "--scan", "p_phi=0:0.8:2", "--scan", "K=1:4:3", "--periods", "12"]
+    both = ["--energy", "1.5", "--scan", "p_phi=0:0.8:2", "--scan", "K=1:4:3", "--returns", "12"]
     assert cli.main([*common[:-3], "--early-stop", *both, "--out", str(tmp_path / "two")]) == 0
     arrays, metadata = files.contents(tmp_path / "two.npz")
     assert metadata["names"] == ["p_phi", "K"]
@@ -332,14 +332,14 @@ def test_scans(tmp_path, capsys):
 
 
 def test_scanned_parameters_reach_body_and_surface():
-    body, surface = fastaff.Body(fastaff.NeoHookean()), options.Surface(energy=1.5, p_eta=0.3, p_gamma=0.2)
+    body, surface = fastaff.Body(fastaff.NeoHookean()), options.EnergySurface(energy=1.5, p_eta=0.3, p_gamma=0.2)
     one, at = scans.case(body, surface, {"K": 5.0, "p_phi": 1.0})
     assert one == fastaff.Body(fastaff.NeoHookean(K=5.0))
     assert at.p_gamma + at.p_eta == pytest.approx(1.0)
     assert at.p_gamma - at.p_eta == pytest.approx(-0.1), "the vorticity stays"
     one, at = scans.case(body, surface, {"mu": 2.0, "energy": 2.5})
     assert (one.mu, at.energy, at.p_eta, at.p_gamma) == (2.0, 2.5, 0.3, 0.2)
-    one, at = scans.case(fastaff.HenonHeiles(), options.Surface(energy=0.1), {"lam": 0.5, "energy": 0.2})
+    one, at = scans.case(fastaff.HenonHeiles(), options.EnergySurface(energy=0.1), {"lam": 0.5, "energy": 0.2})
     assert (one.lam, at.energy) == (0.5, 0.2)
 
 
@@ -384,14 +384,14 @@ def test_systems_of_a_formula(tmp_path, capsys):
     named = fastaff.poincare_map(
         fastaff.HenonHeiles(),
         files.contents(tmp_path / "s.npz").arrays["z0"],
-        section=fastaff.Linear((1, 0, 0, 0)),
+        section=fastaff.Hyperplane((1, 0, 0, 0)),
         crossings=4,
         max_time=200.0,
         step=0.02,
     )
     np.testing.assert_allclose(files.contents(tmp_path / "s.npz").arrays["points"], named.points, rtol=1e-8, atol=1e-8)
     recipe = files.recipe(tmp_path / "s.npz")  # the formula's text, z0 and every option are in the file
-    assert recipe.arguments["body"].formula == own[1]
+    assert recipe.arguments["model"].formula == own[1]
     assert recipe.run().points.tobytes() == files.contents(tmp_path / "s.npz").arrays["points"].tobytes()
     assert cli.main(["chaos-map", *own, *run, "--time", "20", "--section", "v=0"]) == 0
     capsys.readouterr()

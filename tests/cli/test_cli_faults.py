@@ -153,9 +153,9 @@ def test_a_reader_that_leaves_is_no_error(command, tmp_path):
 _FLAGS = """
 energy p-eta p-gamma section direction model formula hamiltonian coordinates parameter domain mu G K C lam grid orbits
 rotation magnetic vector-potential
-seed range1 range2 file scheme step accuracy threads crossings max-time time periods indicators early-stop scan method
-max-order levels m l states hbar tolerance out force no-figure write-job colour vmin vmax unit quiet log memory workers
-dask status json plot help version point samples diffusion no-diffusion
+seed q-range p-range file scheme step accuracy threads crossings max-time time returns indicators early-stop scan method
+max-order levels m l states hbar tolerance out overwrite no-figure write-job colour vmin vmax chunk quiet log memory
+workers dask status json plot help version point samples diffusion no-diffusion
 """
 _VALUES = """
 0 1 -1 2 0.5 1.5 1/6 pi/2 1e300 -1e300 1e-300 1e9 nan inf -inf 2.7 3x3 0x0 -1x2 100000x100000 x=0 alpha-turning

@@ -46,7 +46,7 @@ def test_a_section_by_an_indicator_that_the_command_does_not_compute(here):
     drawn, _ = _of_file(here / "s.npz", FigureOptions(vmin=-12.0))
     points = next(c for c in drawn["poincare"].axes[0].collections if c.get_array() is not None)
     assert set(points.get_array()) <= set(arrays["colour_values"])
-    assert (points.norm.vmin, points.norm.vcenter) == (-12.0, pytest.approx(facts["colour_limit"]))
+    assert (points.norm.vmin, points.norm.vcenter) == (-12.0, pytest.approx(facts["colour_threshold"]))
     # The command again finds the same numbers as a chaos map of its own.
     assert cli.main(["chaos-map", *SURFACE, "--grid", "4x4", "--indicators", "sali", "--no-figure", "--out", "c"]) == 0
     np.testing.assert_array_equal(files.load("c.npz")["sali"], arrays["colour_values"])
@@ -60,7 +60,7 @@ def test_columns_of_the_result_and_what_is_none(here, capsys):
     assert sorted(points.get_array()) == sorted(found.energy_error)
     capsys.readouterr()
     assert cli.main(["plot", "e.npz", "--colour", "nothing"]) == 2
-    assert "colour must be one of verdict, longer," in capsys.readouterr().err
+    assert "colour must be one of classification, suggested_time," in capsys.readouterr().err
     assert cli.main(["plot", "e.npz", "--vmin", "2", "--vmax", "1"]) == 2
     assert "--vmin must be below --vmax" in capsys.readouterr().err
     assert cli.main([*MAP, "--scan", "energy=1:1.5:2", "--colour", "sali"]) == 2
@@ -69,14 +69,14 @@ def test_columns_of_the_result_and_what_is_none(here, capsys):
 
 def test_a_job_computes_what_a_colour_needs():
     from fastaff.jobs import Job
-    from fastaff.jobs.analyses import Chaos, Poincare
-    from fastaff.jobs.system import Surface
+    from fastaff.jobs.analyses import ChaosOptions, PoincareOptions
+    from fastaff.jobs.system import EnergySurface
 
-    job = Job(surface=Surface(energy=1.0), poincare=Poincare())
-    assert figures.with_colour(job, "megno").chaos_map == Chaos(indicators="megno")
+    job = Job(energy_surface=EnergySurface(energy=1.0), poincare=PoincareOptions())
+    assert figures.with_colour(job, "megno").chaos_map == ChaosOptions(indicators="megno")
     assert figures.with_colour(job, "beta/alpha").frequency_map is not None
     assert figures.with_colour(job, "counts") == job
-    both = Job(surface=Surface(energy=1.0), chaos_map=Chaos(indicators="megno"))
+    both = Job(energy_surface=EnergySurface(energy=1.0), chaos_map=ChaosOptions(indicators="megno"))
     assert figures.with_colour(both, "gali-2").chaos_map.indicators == "megno,gali_2"
     assert figures.with_colour(both, "megno") == both
     with pytest.raises(OptionError, match="--colour must be one of"):
@@ -105,11 +105,11 @@ def test_figures_of_a_stopped_job_say_what_is_not_computed(tmp_path, monkeypatch
     assert "not computed" not in whole
     count = np.sum(zarr.open(tmp_path / "j.zarr", mode="r")["launch/finished"][:] == 1)
 
-    def stop(progress, unit):
+    def stop(progress, chunk):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        fa.run(replace(Job.read(tmp_path / "j.toml"), unit=8), tmp_path / "half.zarr", watch=stop)
+        fa.run(replace(Job.read(tmp_path / "j.toml"), chunk=8), tmp_path / "half.zarr", on_chunk=stop)
     done = np.sum(zarr.open(tmp_path / "half.zarr", mode="r")["launch/finished"][:] == 1)
     assert 0 < done < count
     part = " ".join(_of_store(tmp_path / "half.zarr", FigureOptions())[0]["chaos_map"].get_supxlabel().split())
@@ -136,7 +136,7 @@ def test_captions_are_mathematics():
     assert captions.titled(body) == r"neo-Hookean body ($G = 1$, $K = 2\times10^{-7}$, $\mu = 3$)"
     own = fa.hamiltonian("(x**2+y**2)/2 + k*x**2*y", coordinates="x y", k=1.5)
     assert captions.titled(own) == r"$V = \frac{x^{2}+y^{2}}{2}$ $+k\,x^{2}\,y$ ($k = 1.5$)"
-    assert captions.in_words(fa.Linear((0, 1, 0, 0), 0.5), system_of(own)) == "$y = 0.5$, rising"
+    assert captions.in_words(fa.Hyperplane((0, 1, 0, 0), 0.5), system_of(own)) == "$y = 0.5$, rising"
     assert captions.in_words(fa.BetaTurning(-1), system_of(body)) == r"$p_{\beta} = 0$, falling"
     status = np.array([0, 0, 3, 5])
     assert captions.outcomes(status) == "4 orbits, of these 1 escaped, 1 few crossings"
@@ -192,7 +192,7 @@ def test_a_full_disk_leaves_the_old_figure(tmp_path, capsys, monkeypatch):
     assert cli.main([*SECTION, "--no-diffusion", "--out", "s"]) == 0
     old = (tmp_path / "s.png").read_bytes()
     monkeypatch.setattr(Figure, "savefig", full)
-    for command in ([*SECTION, "--no-diffusion", "--out", "s", "--force"], ["plot", "s.npz", "--force"]):
+    for command in ([*SECTION, "--no-diffusion", "--out", "s", "--overwrite"], ["plot", "s.npz", "--overwrite"]):
         assert cli.main(command) == 2
         assert "No space left" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["s.npz", "s.png"]

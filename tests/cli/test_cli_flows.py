@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.jobs.analyses import Chaos, Motion, Poincare
+from fastaff.jobs.analyses import ChaosOptions, IntegrateOptions, PoincareOptions
 from fastaff.jobs.job import Job
-from fastaff.jobs.launch import Starts
-from fastaff.jobs.system import Model, Surface, described
+from fastaff.jobs.launch import InitialConditions
+from fastaff.jobs.system import EnergySurface, Model, described
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
@@ -17,12 +17,12 @@ from fastaff.systems.models.mechanics import system_of
 
 LORENZ = "x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z"
 PARAMETERS = ["s=10", "r=28", "b=8/3"]
-GIVEN = ["--flow", LORENZ, *(word for entry in PARAMETERS for word in ("--parameter", entry))]
+GIVEN = ["--ode", LORENZ, *(word for entry in PARAMETERS for word in ("--parameter", entry))]
 PLACED = ["--axes", "x=1:9:3", "--fixed", "y=2", "--fixed", "z=20"]
 
 
 def lorenz():
-    return fa.flow(LORENZ, s=10.0, r=28.0, b=8 / 3)
+    return fa.ode(LORENZ, s=10.0, r=28.0, b=8 / 3)
 
 
 def test_a_section_of_a_flow(here, capsys):
@@ -66,7 +66,7 @@ def test_jobs_carry_them(value):
     assert options.build() == value
     rows = len(value.coordinates) + (value.degrees_of_freedom if hasattr(value, "momenta") or options.friction else 0)
     z0 = np.random.default_rng(3).normal(size=(rows, 5))
-    job = Job(model=value, surface=Surface(), starts=z0, integrate=Motion(time=5.0))
+    job = Job(model=value, energy_surface=EnergySurface(), initial_conditions=z0, integrate=IntegrateOptions(time=5.0))
     found = fa.run(job)["integrate"]
     assert np.array_equal(found.z, fa.integrate(value, z0, time=5.0, samples=found.samples.shape[0]).z)
 
@@ -82,9 +82,9 @@ def test_jobs_carry_them(value):
         ([*GIVEN, *PLACED, "--friction", "0.1"], "--friction belongs to --hamiltonian"),
         ([*GIVEN, *PLACED, "--map", "x1 = x"], "give one of"),
         ([*GIVEN, "--axes", "x=1:9:3", "--solve", "z"], "dz/dt = f(z) has none"),
-        (["--flow", "x = y", *PLACED], "--flow"),
-        (["--flow", "x' = k*x", "--axes", "x=1:2:3"], "such as k=1.0"),
-        (["--flow", "x' = k*x", "--axes", "x=1:2:3"], "; --parameter gives a parameter"),
+        (["--ode", "x = y", *PLACED], "--ode"),
+        (["--ode", "x' = k*x", "--axes", "x=1:2:3"], "such as k=1.0"),
+        (["--ode", "x' = k*x", "--axes", "x=1:2:3"], "; --parameter gives a parameter"),
         (["--map", "x1 = x + q; p1 = p"], "--map, x1: unknown name 'q'"),
         (["--model", "henon-heiles", "--friction", "0.1"], "--friction belongs to"),
     ],
@@ -97,11 +97,11 @@ def test_what_is_refused(words, says, capsys, here):
 
 def test_options_of_tables():
     asked = Job(
-        model=Model(flow=LORENZ, parameter=PARAMETERS),
-        surface=Surface(section="z=27"),
-        starts=Starts(axes=["x=1:9:3"], fixed=["y=2", "z=20"]),
-        poincare=Poincare(crossings=3, max_time=30.0),
-        chaos_map=Chaos(time=20.0, indicators="spectrum"),
+        model=Model(ode=LORENZ, parameter=PARAMETERS),
+        energy_surface=EnergySurface(section="z=27"),
+        initial_conditions=InitialConditions(axes=["x=1:9:3"], fixed=["y=2", "z=20"]),
+        poincare=PoincareOptions(crossings=3, max_time=30.0),
+        chaos_map=ChaosOptions(time=20.0, indicators="spectrum"),
     )
     found = fa.run(asked)
     assert found["poincare"].points.shape[0] == 3

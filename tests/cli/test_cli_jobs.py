@@ -16,18 +16,18 @@ from fastaff import files
 from fastaff.cli import main as cli
 from fastaff.cli import options
 from fastaff.jobs import Job, JobResults, Store
-from fastaff.jobs.analyses import Chaos, Frequencies, Poincare
+from fastaff.jobs.analyses import ChaosOptions, FrequencyOptions, PoincareOptions
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
 pytest.importorskip("zarr")
 
 SURFACE = ["--energy", "1.5", "--p-eta", "0.3", "--p-gamma", "0.2"]
-TABLES = "[surface]\nenergy = 1.5\np_eta = 0.3\np_gamma = 0.2\n"
+TABLES = "[energy_surface]\nenergy = 1.5\np_eta = 0.3\np_gamma = 0.2\n"
 COMMANDS = {
     "poincare": (["poincare", *SURFACE, "--grid", "4x4", "--crossings", "8"], "poincare"),
     "frequency-map": (["frequency-map", *SURFACE, "--grid", "5x4", "--time", "100"], "frequency_map"),
-    "chaos-map": (["chaos-map", *SURFACE, "--orbits", "12", "--seed", "4", "--periods", "20"], "chaos_map"),
+    "chaos-map": (["chaos-map", *SURFACE, "--orbits", "12", "--seed", "4", "--returns", "20"], "chaos_map"),
 }
 
 
@@ -50,7 +50,7 @@ def test_a_written_job_gives_the_numbers_of_the_command(name, here, capsys):
     assert cli.main([*flags, "--write-job", "a.toml"]) == 0
     assert [path.name for path in here.iterdir()] == ["a.toml"], "nothing is computed"
     assert cli.main([*flags, "--write-job", "a.toml"]) == 2
-    assert "exists; --force replaces it" in capsys.readouterr().err
+    assert "exists; --overwrite replaces it" in capsys.readouterr().err
     assert cli.main([*flags, "--out", "direct"]) == 0
     assert cli.main(["run", "a.toml"]) == 0
     said = capsys.readouterr().out
@@ -85,7 +85,7 @@ def test_figures_of_other_formats_and_of_scans(here, capsys):
         assert cli.main(["plot", "s.npz", "--out", f"again.{ending}"]) == 0
         assert (here / f"again.{ending}").stat().st_size > 5_000
     assert pixels("again.png") == pixels("s.png")
-    assert cli.main(["plot", "s.npz", "--force"]) == 0
+    assert cli.main(["plot", "s.npz", "--overwrite"]) == 0
     assert not (here / "s-2.png").exists()
     assert cli.main([*scan, "--write-job", "s.toml"]) == cli.main(["run", "s.toml", "--quiet"]) == 0
     found, direct = JobResults.stored("s.zarr")["chaotic_fraction"], files.load("s.npz")
@@ -136,10 +136,10 @@ def test_starts_of_a_file(here, capsys):
 
 
 def test_lines_of_json(here, capsys):
-    (here / "a.toml").write_text(f'unit = 4\n{TABLES}[starts]\ngrid = "4x4"\n[chaos_map]\ntime = 20\n')
+    (here / "a.toml").write_text(f'chunk = 4\n{TABLES}[initial_conditions]\ngrid = "4x4"\n[chaos_map]\ntime = 20\n')
     assert cli.main(["run", "a.toml", "--log", "json", "--memory", "200MB", "--threads", "1"]) == 0
     *lines, last = map(json.loads, capsys.readouterr().out.splitlines())
-    assert [line["unit"]["number"] for line in lines] == [0, 1, 2, 3]
+    assert [line["chunk"]["number"] for line in lines] == [0, 1, 2, 3]
     assert [line["so_far"]["orbits"] for line in lines] == [4, 8, 12, 16]
     assert last["complete"] is True
     assert last["statuses"] == lines[-1]["so_far"]["statuses"]
@@ -167,7 +167,9 @@ sys.exit(main.main(sys.argv[2:]))
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_stopped_job_is_resumed_by_the_command_that_is_printed(number, here, capsys):
-    (here / "a b.toml").write_text(f'unit = 40\n{TABLES}[starts]\ngrid = "20x20"\n[frequency_map]\ntime = 200\n')
+    (here / "a b.toml").write_text(
+        f'chunk = 40\n{TABLES}[initial_conditions]\ngrid = "20x20"\n[frequency_map]\ntime = 200\n'
+    )
     process = subprocess.run(
         [sys.executable, "-c", STOPPED, str(int(number)), "run", "a b.toml", "--threads", "1"],
         capture_output=True,
@@ -199,14 +201,16 @@ def contents(store):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_workers_leave_with_their_parent(here):
-    (here / "a.toml").write_text(f'unit = 20\n{TABLES}[starts]\ngrid = "20x20"\n[frequency_map]\ntime = 500\n')
+    (here / "a.toml").write_text(
+        f'chunk = 20\n{TABLES}[initial_conditions]\ngrid = "20x20"\n[frequency_map]\ntime = 500\n'
+    )
     for number in (signal.SIGINT, signal.SIGKILL):
         command = [sys.executable, "-c", STOPPED, str(int(number)), "run", "a.toml", "--workers", "2"]
         # Pipes end with the last worker: one that stayed would take all of this time.
         done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
         assert done.returncode == (130 if number == signal.SIGINT else -signal.SIGKILL), done.stderr
         assert not JobResults.stored("a.zarr").complete
-        if number == signal.SIGINT:  # a worker that has just finished a unit may tell that its parent is gone
+        if number == signal.SIGINT:  # a worker that has just finished a chunk may tell that its parent is gone
             assert "Traceback" not in done.stderr
     assert cli.main(["resume", "a.zarr", "--workers", "2", "--quiet"]) == 0
     assert JobResults.stored("a.zarr").complete
@@ -216,7 +220,7 @@ def test_workers_leave_with_their_parent(here):
 def test_workers_of_dask(tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed")
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.toml").write_text(f'unit = 4\n{TABLES}[starts]\ngrid = "4x4"\n[chaos_map]\ntime = 20\n')
+    (tmp_path / "a.toml").write_text(f'chunk = 4\n{TABLES}[initial_conditions]\ngrid = "4x4"\n[chaos_map]\ntime = 20\n')
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
         run = ["run", "a.toml", "--quiet", "--dask", cluster.scheduler_address]
         assert cli.main(run) == 0
@@ -228,23 +232,23 @@ def test_workers_of_dask(tmp_path, monkeypatch):
     ("text", "said"),
     [
         ("[surface\n", "a.toml is no TOML"),
-        ("[surfase]\nenergy = 1\n", "[surfase] is no table of a job. Did you mean surface?"),
+        ("[energy_surfase]\nenergy = 1\n", "[energy_surfase] is no table of a job. Did you mean energy_surface?"),
         (TABLES, "a job must have one of poincare"),
         (TABLES + "[poincare]\ncrosings = 3\n", "[poincare] has no key crosings. Did you mean crossings?"),
         (TABLES + "[poincare]\ncrossings = 0\n", "[poincare] crossings must be at least 1"),
         (TABLES + "[poincare]\ncrossings = 'many'\n", "[poincare] crossings must be a whole number, got 'many'"),
-        ("[poincare]\n", "[surface] energy is required"),
-        ("[surface]\nenergy = nan\n[poincare]\n", "energy must be finite"),
+        ("[poincare]\n", "[energy_surface] energy is required"),
+        ("[energy_surface]\nenergy = nan\n[poincare]\n", "energy must be finite"),
         (TABLES + "[model]\nmodel = 'neohokean'\n[poincare]\n", "[model] model must be one of"),
         (TABLES + "[chaos_map]\nindicators = ['megno', 'salli']\n", "Did you mean sali?"),
-        (TABLES + "[chaos_map]\n[run]\naccuracy = 1e-8\n", "[run] accuracy does not belong to chaos maps"),
-        (TABLES + "[chaos_map]\ntime = 1\nperiods = 1\n", "give time or periods, not both"),
-        (TABLES + "[frequency_map]\n[run]\nscheme = 'KAHAN'\n", "[run] scheme must be one of"),
-        (TABLES + "[frequency_map]\n[run]\nthreads = 0\n", "[run] threads must be at least 1"),
-        (TABLES + "[frequency_map]\n[starts]\ngrid = [4, 0]\n", "[starts] grid must be N1xN2"),
-        (TABLES + "[frequency_map]\n[starts]\nfile = 'none.npy'\n", "none.npy does not exist"),
+        (TABLES + "[chaos_map]\n[options]\naccuracy = 1e-8\n", "[options] accuracy does not belong to chaos maps"),
+        (TABLES + "[chaos_map]\ntime = 1\nreturns = 1\n", "give time or returns, not both"),
+        (TABLES + "[frequency_map]\n[options]\nscheme = 'KAHAN'\n", "[options] scheme must be one of"),
+        (TABLES + "[frequency_map]\n[options]\nthreads = 0\n", "[options] threads must be at least 1"),
+        (TABLES + "[frequency_map]\n[initial_conditions]\ngrid = [4, 0]\n", "[initial_conditions] grid must be N1xN2"),
+        (TABLES + "[frequency_map]\n[initial_conditions]\nfile = 'none.npy'\n", "none.npy does not exist"),
         (TABLES + "[integrate]\n", "[integrate] needs 'time'"),
-        (TABLES + "[action_angles]\n", "body must separate"),
+        (TABLES + "[action_angles]\n", "model must separate"),
         (TABLES + "[model]\nformula = '__import__(1)'\n[poincare]\n", "a.toml: "),
     ],
 )
@@ -284,7 +288,7 @@ def test_wrong_options_are_one_line(arguments, said, here, refused):
 
 
 def test_another_job_in_a_store_is_refused_by_the_field(here, capsys):
-    text = TABLES + '[starts]\ngrid = "3x3"\n[chaos_map]\ntime = '
+    text = TABLES + '[initial_conditions]\ngrid = "3x3"\n[chaos_map]\ntime = '
     (here / "a.toml").write_text(f"{text}10\n")
     assert cli.main(["run", "a.toml", "--quiet"]) == 0
     (here / "a.toml").write_text(f"{text}20\n")
@@ -296,12 +300,12 @@ def test_another_job_in_a_store_is_refused_by_the_field(here, capsys):
 
 def test_a_store_of_another_processor(here, capsys):
     """It is read, and goes on where that is asked for; its log moves no cursor."""
-    (here / "a.toml").write_text(TABLES + "[starts]\norbits = 6\n[poincare]\ncrossings = 3\n")
+    (here / "a.toml").write_text(TABLES + "[initial_conditions]\norbits = 6\n[poincare]\ncrossings = 3\n")
     assert cli.main(["run", "a.toml", "--quiet"]) == 0
     store = Store("a.zarr", writing=True)
     store.tell(processor="core2 sse2")
     store.forget(0)
-    with open("a.zarr/units.jsonl", "a") as log:
+    with open("a.zarr/chunks.jsonl", "a") as log:
         log.write(json.dumps({"number": "\x1b[31m", "orbits": 1, "seconds": 1e9, "statuses": {}, "energy_error": 0.0}))
     capsys.readouterr()
     assert cli.main(["status", "a.zarr"]) == 0
@@ -311,7 +315,7 @@ def test_a_store_of_another_processor(here, capsys):
     for command in (["resume", "a.zarr"], ["run", "a.toml"]):
         assert cli.main(command) == 2
         assert "another kind of processor: it had core2" in capsys.readouterr().err
-    assert cli.main(["resume", "a.zarr", "--other-processor", "--workers", "1"]) == 0
+    assert cli.main(["resume", "a.zarr", "--allow-other-cpu", "--workers", "1"]) == 0
     assert "processors of several kinds" in capsys.readouterr().out
 
 
@@ -324,9 +328,13 @@ def test_sizes_in_bytes():
 
 
 def test_flags_and_keys_are_the_same_fields(capsys):
-    for command, kind in (("poincare", Poincare), ("frequency-map", Frequencies), ("chaos-map", Chaos)):
+    for command, kind in (
+        ("poincare", PoincareOptions),
+        ("frequency-map", FrequencyOptions),
+        ("chaos-map", ChaosOptions),
+    ):
         cli.main([command, "--help"])
         text = capsys.readouterr().out
         for name in (field.name for field in dataclasses.fields(kind)):
             assert f"--{name.replace('_', '-')}" in text
-    assert Job.parsed(f"{TABLES}[poincare]\nmax_time = 3\n").poincare == Poincare(max_time=3)
+    assert Job.parsed(f"{TABLES}[poincare]\nmax_time = 3\n").poincare == PoincareOptions(max_time=3)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.jobs.analyses import Chaos
+from fastaff.jobs.analyses import ChaosOptions
+from fastaff.jobs.chunks import compute_chunk
 from fastaff.jobs.job import Job
-from fastaff.jobs.launch import Starts
+from fastaff.jobs.launch import InitialConditions
 from fastaff.jobs.running import begin
-from fastaff.jobs.system import SYSTEMS, Model, Surface, described
-from fastaff.jobs.units import compute_unit
+from fastaff.jobs.system import SYSTEMS, EnergySurface, Model, described
 from fastaff.systems.models.double_pendulum import DoublePendulum
 
 pytest.importorskip("cyclopts")
@@ -20,13 +20,13 @@ from fastaff.systems.models.mechanics import system_of
 
 DOUBLE = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1-q2))/(2*(1 + sin(q1-q2)**2)) - 2*g*cos(q1) - g*cos(q2)"
 TEXT = [f"--hamiltonian={DOUBLE}", "--coordinates", "q1 q2", "--momenta", "p1 p2", "--parameter", "g=1"]
-TEXT += ["--angles", "q1=2*pi", "--angles", "q2=2*pi"]
+TEXT += ["--periodic", "q1=2*pi", "--periodic", "q2=2*pi"]
 ENERGY = ["--energy", "-1.2", "--no-figure"]
 
 
 def pendulum():
     turns = {"q1": "2*pi", "q2": "2*pi"}
-    return fa.hamiltonian(DOUBLE, coordinates="q1 q2", momenta="p1 p2", periods=turns, g=1.0)
+    return fa.hamiltonian(DOUBLE, coordinates="q1 q2", momenta="p1 p2", periodic=turns, g=1.0)
 
 
 @pytest.mark.parametrize("words", [TEXT, ["--model", "double-pendulum", "--parameter", "g=1"]], ids=["text", "named"])
@@ -35,8 +35,10 @@ def test_a_section_of_random_starts(here, words):
     assert main(["poincare", *words, "--energy", "-1.2", *how]) == 0
     found = fa.load("fastaff-poincare.npz")
     model = pendulum() if words is TEXT else DoublePendulum()
-    surface = Surface(energy=-1.2)
-    launch = Starts(orbits=5, seed=3).launch(system_of(model), surface.build(system_of(model)), surface, "3x3")
+    surface = EnergySurface(energy=-1.2)
+    launch = InitialConditions(orbits=5, seed=3).launch(
+        system_of(model), surface.build(system_of(model)), surface, "3x3"
+    )
     truth = fa.poincare_map(model, launch.points(0)[0], section="q1=0", crossings=10, max_time=200.0)
     np.testing.assert_array_equal(found.points, truth.points)
     assert (found.counts == 10).all()
@@ -61,8 +63,8 @@ def test_a_grid_of_named_rows_and_the_whole_surface(here):
     [
         pendulum(),
         DoublePendulum(m_1=2.0),
-        fa.hamiltonian("p**2*(1 + x**2)/2 + x**2 + x*p*cos(t)", coordinates="x", momenta="p", period="2*pi"),
-        fa.hamiltonian("s**2/2 - k*cos(x)", coordinates="x", momenta="s", periods={"x": "2*pi"}, k=0.5),
+        fa.hamiltonian("p**2*(1 + x**2)/2 + x**2 + x*p*cos(t)", coordinates="x", momenta="p", drive_period="2*pi"),
+        fa.hamiltonian("s**2/2 - k*cos(x)", coordinates="x", momenta="s", periodic={"x": "2*pi"}, k=0.5),
     ],
     ids=["text", "named", "driven", "separable"],
 )
@@ -77,15 +79,15 @@ def test_a_job_that_was_stopped_has_the_bits_of_one_run(tmp_path):
     """Half of its units in another order, and the rest after that; in text form too."""
     job = Job(
         model=pendulum(),
-        surface=Surface(energy=-0.5),
-        starts=Starts(grid="5x4"),
-        chaos_map=Chaos(time=20.0, indicators="megno"),
-        unit=3,
+        energy_surface=EnergySurface(energy=-0.5),
+        initial_conditions=InitialConditions(grid="5x4"),
+        chaos_map=ChaosOptions(time=20.0, indicators="megno"),
+        chunk=3,
     )
     whole = fa.run(job, tmp_path / "whole")["chaos_map"]
-    count = begin(job, tmp_path / "parts").units
+    count = begin(job, tmp_path / "parts").chunks
     for number in range(count - 1, count // 2, -1):
-        compute_unit(str(tmp_path / "parts"), number, 1)
+        compute_chunk(str(tmp_path / "parts"), number, 1)
     parts = fa.resume(tmp_path / "parts")["chaos_map"]
     np.testing.assert_array_equal(whole.megno, parts.megno)
     assert len(whole) > 10
@@ -123,9 +125,9 @@ def test_charges_in_a_vector_potential(here):
     np.testing.assert_array_equal(found.points, truth.points)
     job = Job(
         model=Model(hamiltonian="x**2", coordinates="x y", vector_potential=["y=B*x"], parameter=["B=0.5"]),
-        surface=Surface(energy=0.4),
-        starts=Starts(orbits=3),
-        chaos_map=Chaos(time=5.0),
+        energy_surface=EnergySurface(energy=0.4),
+        initial_conditions=InitialConditions(orbits=3),
+        chaos_map=ChaosOptions(time=5.0),
     )
     again = Job.parsed(job.text())
     assert again.model == job.model
@@ -162,7 +164,7 @@ def test_parameters_may_be_words():
         (["--model", "double-pendulum", "--mu", "2"], "--mu belongs to bodies"),
         (["--model", "double-pendulum"], "--energy is required"),
         (["--model", "double-pendulum", "--energy", "-4"], "the least energy there is -3"),
-        ([*TEXT[:7], "--angles", "q1=1", "--energy", "1"], "--angles['q1'] must be one of the system's"),
+        ([*TEXT[:7], "--periodic", "q1=1", "--energy", "1"], "--periodic['q1'] must be one of the system's"),
         ([*TEXT, "--friction", "0.1", "--energy", "1"], "friction does not go with momenta"),
         (
             [

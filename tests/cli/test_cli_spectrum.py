@@ -51,15 +51,18 @@ def rows(text):
         ),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--tolerance", "-1"], "tolerance must be positive"),
         ([*HYPERELASTIC, "--tolerance", "0"], "tolerance must be positive"),
-        ([*HYPERELASTIC, "--m", "0", "--l", "0", "--below", "9"], "--below belongs to the whole body"),
-        ([*HYPERELASTIC, "--below", "nan"], "must be finite"),
+        ([*HYPERELASTIC, "--m", "0", "--l", "0", "--max-energy", "9"], "--max-energy belongs to the whole body"),
+        ([*HYPERELASTIC, "--max-energy", "nan"], "must be finite"),
         ([*HYPERELASTIC, "--scan", "C=1:2:3"], "--scan needs --m and --l"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--scan", "K=1:2:3"], "--scan must be one of C, mu"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--scan", "C=2:1:3"], "NAME=LOW:HIGH:N"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--states", "1,99"], "--states must be one to 4 numbers from 0 to 19"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--density-chart", "elliptic"], "--density-chart must be one of"),
         ([*HYPERELASTIC, "--states", "0"], "belong to one class"),
-        (["spectrum", "--model", "neo-hookean", "--m", "0", "--l", "0", "--chart", "r-vartheta"], "body must separate"),
+        (
+            ["spectrum", "--model", "neo-hookean", "--m", "0", "--l", "0", "--chart", "r-vartheta"],
+            "model must separate",
+        ),
         (["spectrum", "--model", "heavy-top", "--A", "-3", "--m", "0", "--l", "0"], "no ground state"),
         (["spectrum", "--model", "heavy-top", "--A", "-3"], "no ground state"),
         (["spectrum", "--model", "harmonic", "--C", "-1"], "does not bind"),
@@ -75,7 +78,7 @@ def test_wrong_input_is_one_clear_line(arguments, said, refused):
 def test_help(capsys):
     assert cli.main(["spectrum", "--help"]) == 0
     text = capsys.readouterr().out
-    options = "model formula m l levels below hbar chart covering scan out"
+    options = "model formula m l levels max-energy hbar chart double-cover scan out"
     for option in options.split():
         assert f"--{option} " in text
 
@@ -134,16 +137,16 @@ def test_below_on_the_covering(capsys, tmp_path):
         "spectrum",
         "--model",
         "anharmonic",
-        "--below",
+        "--max-energy",
         "6",
-        "--covering",
+        "--double-cover",
         "--out",
         str(tmp_path / "s"),
         "--no-figure",
     ]
     assert cli.main(run) == 0
     exact = fastaff.quantum.exact_levels(
-        fastaff.Body(fastaff.Anharmonic()), below=6.0, single_valued=False
+        fastaff.Body(fastaff.Anharmonic()), max_energy=6.0, single_valued=False
     ).multiplets()
     arrays = files.contents(tmp_path / "s.npz").arrays
     np.testing.assert_allclose(arrays["E"], exact.levels.E, rtol=1e-13)
@@ -227,12 +230,14 @@ def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
 
     tables = listing.tables_below
     monkeypatch.setattr(listing, "tables_below", stopping)
-    assert cli.main(["spectrum", "--model", "harmonic", "--below", "9.5", "--out", str(tmp_path / "s")]) == 130
+    assert cli.main(["spectrum", "--model", "harmonic", "--max-energy", "9.5", "--out", str(tmp_path / "s")]) == 130
     arrays, metadata = files.contents(tmp_path / "s.npz")
     end = metadata["complete_below"]
     assert (
         np.diff(arrays["first"]).tolist()
-        == fastaff.quantum.exact_levels(fastaff.Body(fastaff.Harmonic()), below=end).multiplets().degeneracy.tolist()
+        == fastaff.quantum.exact_levels(fastaff.Body(fastaff.Harmonic()), max_energy=end)
+        .multiplets()
+        .degeneracy.tolist()
     )
     assert metadata["interrupted"] is True
     assert f"stopped by Ctrl-C: kept {arrays['E'].size} levels, complete below E = {end:.6g}" in capsys.readouterr().err

@@ -210,8 +210,8 @@ def test_workers_are_stopped_by_their_parent_alone(sent, tmp_path):
     """A terminal sends to all of them, at any moment of their beginning."""
     (tmp_path / "group.py").write_text(GROUP)
     (tmp_path / "a.toml").write_text(
-        'unit = 20\n[model]\nmodel = "henon-heiles"\n[surface]\nenergy = 0.1\n[starts]\ngrid = "30x30"\n'
-        "[frequency_map]\ntime = 500\n"
+        'chunk = 20\n[model]\nmodel = "henon-heiles"\n[energy_surface]\nenergy = 0.1\n'
+        '[initial_conditions]\ngrid = "30x30"\n[frequency_map]\ntime = 500\n'
     )
     source = random.Random(int(sent))
     for delay in (0.0, 0.0, *(source.uniform(1e-3, 3.0) for _ in range(2 * TIMES))):

@@ -37,8 +37,8 @@ JOB = ["poincare", *HENON, "--grid", "6x6", "--crossings", "4", "--max-time", "6
 
 COMMANDS = {
     "poincare": ["poincare", *SMALL, "--crossings", "4", "--out", "OUT/x"],
-    "poincare, replacing": ["poincare", *SMALL, "--crossings", "4", "--out", "OUT/old", "--force"],
-    "frequency-map": ["frequency-map", *SMALL, "--periods", "20", "--out", "OUT/x"],
+    "poincare, replacing": ["poincare", *SMALL, "--crossings", "4", "--out", "OUT/old", "--overwrite"],
+    "frequency-map": ["frequency-map", *SMALL, "--returns", "20", "--out", "OUT/x"],
     "chaos-map": ["chaos-map", *HENON, "--grid", "3x3", "--time", "60", "--out", "OUT/x", "--colour", "diffusion"],
     "spectrum": ["spectrum", "--model", "harmonic", "--m", "0", "--l", "0", "--levels", "4", "--out", "OUT/x"],
     "animate": ["animate", *SURFACE, "--time", "2", "--frames", "2", "--out", "OUT/x.gif"],
@@ -140,16 +140,16 @@ def prepared(tmp_path_factory):
         name = "old" if "--out" in words else "job"
         assert main([word.replace("OUT/x", f"{folder}/{name}") for word in words]) == 0
     job = fa.jobs.Job.read(folder / "job.toml")
-    text = re.sub(r"(?m)\A", "unit = 5\n", job.text())
+    text = re.sub(r"(?m)\A", "chunk = 5\n", job.text())
     (folder / "job.toml").write_text(text)
     (folder / "other.toml").write_text(text.replace("step = 0.05", "step = 0.1"))
     fa.run(fa.jobs.Job.read(folder / "job.toml"), folder / "whole.zarr")
 
-    def stop(progress, unit):
+    def stop(progress, chunk):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        fa.run(fa.jobs.Job.read(folder / "job.toml"), folder / "half.zarr", watch=stop)
+        fa.run(fa.jobs.Job.read(folder / "job.toml"), folder / "half.zarr", on_chunk=stop)
     made = {}
 
     def get(name):

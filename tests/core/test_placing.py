@@ -32,7 +32,7 @@ def test_a_file_that_cannot_be_written_leaves_the_old_one(tmp_path):
     (tmp_path / "a.png").write_text("good")
     for force in (True, False):
         with pytest.raises(OSError, match="No space left"):
-            write_atomically(tmp_path / "a", ".png", half, force=force)
+            write_atomically(tmp_path / "a", ".png", half, overwrite=force)
     assert names(tmp_path) == ["a.png"]
     assert (tmp_path / "a.png").read_text() == "good"
     with pytest.raises(FileNotFoundError, match=r"the folder .*nowhere does not exist"):
@@ -95,7 +95,7 @@ def test_a_file_that_is_replaced_keeps_its_permissions(mode, tmp_path):
         path = tmp_path / f"a{ending}"
         path.write_text("private")
         path.chmod(mode)
-        assert write(path, fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=0.5), force=True) == path
+        assert write(path, fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=0.5), overwrite=True) == path
         assert path.stat().st_mode & 0o777 == mode
         assert path.stat().st_size > 100
 
@@ -104,7 +104,7 @@ def test_a_private_file_behind_a_link_is_replaced_by_a_private_one(tmp_path):
     (tmp_path / "there").write_text("x")
     (tmp_path / "there").chmod(0o600)
     (tmp_path / "a.txt").symlink_to(tmp_path / "there")
-    path = write_atomically(tmp_path / "a", ".txt", lambda path: path.write_text("new"), force=True)
+    path = write_atomically(tmp_path / "a", ".txt", lambda path: path.write_text("new"), overwrite=True)
     assert not path.is_symlink()
     assert path.stat().st_mode & 0o777 == 0o600
     assert (tmp_path / "there").read_text() == "x"
@@ -269,11 +269,13 @@ READS = {
     "recipe": fa.files.recipe,
     "contents": fa.files.contents,
     "starts": lambda path: fa.Job(
-        model=fa.HenonHeiles(), starts=fa.jobs.Starts(file=str(path)), integrate=fa.jobs.Motion(time=1.0)
+        model=fa.HenonHeiles(),
+        initial_conditions=fa.jobs.InitialConditions(file=str(path)),
+        integrate=fa.jobs.IntegrateOptions(time=1.0),
     ).plan(),
     "three bodies": read_three_bodies,
     "jpl": read_periodic,
-    "map": fa.mapping,
+    "map": fa.iterated_map,
 }
 
 
@@ -295,8 +297,8 @@ def test_texts_may_begin_with_a_byte_order_mark(tmp_path):
     """As those of some editors do."""
     job = fa.Job(
         model=fa.jobs.Model(model="henon-heiles"),
-        surface=fa.jobs.Surface(energy=0.1),
-        integrate=fa.jobs.Motion(time=1.0),
+        energy_surface=fa.jobs.EnergySurface(energy=0.1),
+        integrate=fa.jobs.IntegrateOptions(time=1.0),
     )
     for encoding in ("utf-8", "utf-8-sig"):
         (tmp_path / "job.toml").write_text(job.text(), encoding=encoding)

@@ -310,14 +310,14 @@ def test_a_method_replaced_in_one_process_is_used_at_once_and_undone(cache):  # 
 
 
 def test_a_section_that_is_changed(monkeypatch):
-    section = fa.Linear((1.0, 0.0, 0.0, 0.0))
+    section = fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     model, z0 = fa.models.HenonHeiles(0.0), [0.1, 0.0, 0.3, 0.2]
 
     def times():
         return fa.poincare_map(model, z0, section=section, crossings=1, max_time=20.0, step=0.02).times[0, 0]
 
     before = times()
-    with mock.patch.object(fa.Linear, "value", lambda self, x, y, p_x, p_y: x - 0.2):
+    with mock.patch.object(fa.Hyperplane, "value", lambda self, x, y, p_x, p_y: x - 0.2):
         assert abs(times() - before) > 0.1
     assert times() == before
 

@@ -89,14 +89,14 @@ def test_where_x_is_negative_no_formula_lives():
 
 def test_maps_flows_drives_bodies_and_constants_have_it():
     x, c = 0.4, float(P(0.6, 1.16))
-    kicked = fa.mapping("p1 = p + K*gammainc(0.6, 1 + x**2); x1 = x + p1", K=0.9)
+    kicked = fa.iterated_map("p1 = p + K*gammainc(0.6, 1 + x**2); x1 = x + p1", K=0.9)
     end = fa.integrate(kicked, [x, 0.1], time=1).z[:, 0]
     np.testing.assert_allclose(end, [x + 0.1 + 0.9 * c, 0.1 + 0.9 * c], rtol=1e-14)
-    flow = fa.flow("x' = gammainc(3/5, 1 + x**2) - x")
+    flow = fa.ode("x' = gammainc(3/5, 1 + x**2) - x")
     assert flow.rates(x)[0] == pytest.approx(c - x, rel=1e-14)
-    driven = fa.hamiltonian("x**2/2 + gammainc(0.6, 1 + x**2)*cos(t)", coordinates="x", period="2*pi")
+    driven = fa.hamiltonian("x**2/2 + gammainc(0.6, 1 + x**2)*cos(t)", coordinates="x", drive_period="2*pi")
     assert driven.potential_energy(x, 0.0) == pytest.approx(0.08 + c, rel=1e-14)
-    body = fa.formula("(D1**2 + D2**2)/2 + k*gammainc(0.6, r)", k=0.3)
+    body = fa.affine_body("(D1**2 + D2**2)/2 + k*gammainc(0.6, r)", k=0.3)
     assert body.potential.value(1.0, 0.2) == pytest.approx(0.6 + 0.3 * float(P(0.6, 1.2)), rel=1e-13)
     constant = fa.hamiltonian("gammainc(0.6, 2)*x**2", coordinates="x")
     assert constant.potential_energy(1.0) == pytest.approx(float(P(0.6, 2)), rel=1e-14)

@@ -24,7 +24,7 @@ from fastaff import (
     RK4,
     SOFRONIOU_SPALETTA10,
     HenonHeiles,
-    Linear,
+    Hyperplane,
     frequency_map,
     integrate,
     poincare_map,
@@ -49,7 +49,7 @@ def seed():
     model, z0 = HenonHeiles(), states(HenonHeiles(), 2)
     integrate(model, z0, time=1.0, step=0.1)
     integrate(model, z0, time=1.0, scheme=DOP853)
-    poincare_map(model, z0, section=Linear((1, 0, 0, 0)), crossings=1, max_time=10.0, step=0.1)
+    poincare_map(model, z0, section=Hyperplane((1, 0, 0, 0)), crossings=1, max_time=10.0, step=0.1)
     frequency_map(model, z0, time=20.0, step=0.1)
     if _jit.cache_directory() is None:
         pytest.skip("no cache folder can be written here")
@@ -307,7 +307,7 @@ from fastaff import *
 from fastaff.runs.observers import Observer
 from fastaff.runs import Options, plan
 model, z0 = HenonHeiles(), np.array([[0.1, 0.2], [0.2, 0.1], [0.3, 0.1], [0.1, 0.3]])
-mine = fastaff.chaos.TangentIndicator("mine", watchers.own, limit=5.0, parameters=(SCALE,))
+mine = fastaff.chaos.TangentIndicator("mine", watchers.own, threshold=5.0, parameters=(SCALE,))
 found = chaos_map(model, z0, time=20.0, step=0.1, indicators=(LyapunovSpectrum(), mine))
 flow, z, *_ = plan(model, z0, Options(step=0.1))
 _, memory, _ = flow.observed(z, Observer(watchers.highest, 1, watchers.Scale(SCALE)), time=20.0)
@@ -351,12 +351,12 @@ def test_the_source_is_what_is_compiled(seed):
     """Every kind of block: Python text, and that of a block in the cache where one was compiled."""
     model = HenonHeiles()
     for kind in TEXTS:
-        value, n = (Linear((1, 0, 0, 0)), 2) if kind == "value" else (model, None)
+        value, n = (Hyperplane((1, 0, 0, 0)), 2) if kind == "value" else (model, None)
         text = source(value, kind, n)
         assert text.startswith(f"# {kind} of {type(value).__name__}\ndef {kind}(params, ")
         compile(text, "block", "exec")
     kept = {path.read_text().partition("\n")[2] for path in seed.glob("blocks/*.py")}  # below the checksum
-    assert {source(model, "splitting"), source(model, "check"), source(Linear((1, 0, 0, 0)), "value", 2)} <= kept
+    assert {source(model, "splitting"), source(model, "check"), source(Hyperplane((1, 0, 0, 0)), "value", 2)} <= kept
     assert source(HenonHeiles(0.3), "splitting") == source(model, "splitting")
     assert "tangent_force" in source(model, "splitting", vectors=1)
 
@@ -366,7 +366,7 @@ def test_the_source_is_what_is_compiled(seed):
     [
         ((HenonHeiles(), "step"), ValueError, "kind must be one of 'splitting', .*got 'step'"),
         ((3.0, "splitting"), TypeError, "value must be a model or section"),
-        ((Linear((1, 0, 0, 0)), "value"), TypeError, "degrees_of_freedom must be given for Linear"),
+        ((Hyperplane((1, 0, 0, 0)), "value"), TypeError, "degrees_of_freedom must be given for Hyperplane"),
     ],
 )
 def test_a_source_that_is_none_is_refused(arguments, error, message):

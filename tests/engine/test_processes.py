@@ -69,7 +69,7 @@ FORKING = {
         """,
     "frequencies, sections and quantum": """
         def others(k):
-            section = fa.Linear((1.0, 0.0, 0.0, 0.0))
+            section = fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
             cut = fa.poincare_map(body, z0[:, :40], section=section, crossings=5, max_time=100.0, step=0.05)
             state = fa.quantum.wavefunction(fa.Body(fa.Harmonic()), m=1, l=1, n=(2, 3))
             planes = np.random.default_rng(3).normal(size=(4, 10_000))

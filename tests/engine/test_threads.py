@@ -253,7 +253,7 @@ def test_ctrl_c_at_any_moment(call):
 @pytest.mark.race
 @forking
 @pytest.mark.skipif(TIMES == 1, reason="takes minutes: make faults")
-@pytest.mark.parametrize("name", sorted(set(battery.CALLS) - {"run", "one_variable", "TuneAccumulator"}))
+@pytest.mark.parametrize("name", sorted(set(battery.CALLS) - {"run", "univariate", "TuneAccumulator"}))
 def test_ctrl_c_in_any_call(name):
     """What it gives has the same bits after many that were interrupted; what those left out give has no equality."""
     truth = battery.call(name, battery.base(name))

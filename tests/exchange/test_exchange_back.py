@@ -40,7 +40,7 @@ def test_a_table_has_a_row_for_each_orbit(tmp_path):
         np.testing.assert_array_equal([float(row[name]) for row in rows], frequencies()[name])
     np.testing.assert_array_equal([int(row["status"]) for row in rows], frequencies().status)
     assert orbits().save(tmp_path / "nu.csv").name == "nu-2.csv"
-    assert frequencies().save(tmp_path / "nu.csv", force=True).name == "nu.csv"
+    assert frequencies().save(tmp_path / "nu.csv", overwrite=True).name == "nu.csv"
     with pytest.raises(ValueError, match=r"energy is kept in \.npz files alone"):
         fa.save(tmp_path / "nu.csv", frequencies(), energy=0.1)
     with pytest.raises(TypeError, match="result must be a result"):
@@ -108,9 +108,9 @@ MODELS = [
     fa.hamiltonian("sqrt(1 + x**2) + a*cos(y)", rotation=0.3, masses=[2.0, 2.0], a=0.4),
     fa.hamiltonian("x**2/2 + (y - 1)**4/4", magnetic="2*b", b=0.35),
     fa.hamiltonian("cosh(x)", coordinates="x", friction=0.2),
-    fa.hamiltonian("x**4/4 - f*x*cos(w*t)", coordinates="x", period="2*pi/w", f=0.3, w=1.2),
+    fa.hamiltonian("x**4/4 - f*x*cos(w*t)", coordinates="x", drive_period="2*pi/w", f=0.3, w=1.2),
     fa.hamiltonian("a*p1**2/2 + p2**2*(1 + x**2) + x**2*y**2 + y**4", coordinates="x y", momenta="p1 p2", a=0.8),
-    fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3),
+    fa.ode("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3),
     fa.HenonHeiles(lam=0.7),
 ]
 
@@ -156,14 +156,14 @@ def test_heyoka_has_the_same_orbits():
 
 def test_source_of_what_is_no_formula_is_refused():
     with pytest.raises(
-        TypeError, match=r"model must be one of fa.hamiltonian\(...\) or fa.flow\(...\), got StandardMap$"
+        TypeError, match=r"model must be one of fa.hamiltonian\(...\) or fa.ode\(...\), got StandardMap$"
     ):
         source(fa.models.StandardMap(K=0.3))
     with pytest.raises(TypeError, match="got FormulaMap"):
-        source(fa.mapping("p1 = p + K*sin(x); x1 = x + p1", K=0.3))
-    for body in (fa.formula("gent", G=1.0, Jm=10.0, K=2.0), fa.Body(fa.NeoHookean(G=1.0, K=2.0))):
-        with pytest.raises(TypeError, match=r"got Body: of its equations, source\(fa.flow\(model, forces={}\)\)$"):
+        source(fa.iterated_map("p1 = p + K*sin(x); x1 = x + p1", K=0.3))
+    for body in (fa.affine_body("gent", G=1.0, Jm=10.0, K=2.0), fa.Body(fa.NeoHookean(G=1.0, K=2.0))):
+        with pytest.raises(TypeError, match=r"got Body: of its equations, source\(fa.ode\(model, forces={}\)\)$"):
             source(body)
-        assert "z: D1, D2, p_D1, p_D2" in source(fa.flow(body, forces={}))
+        assert "z: D1, D2, p_D1, p_D2" in source(fa.ode(body, forces={}))
     with pytest.raises(ValueError, match="language must be one of c, heyoka, got 'fortran'"):
         source(MODELS[0], "fortran")

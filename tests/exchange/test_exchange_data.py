@@ -29,7 +29,7 @@ def test_own_samples_need_no_transpose():
     same(fa.tunes(own_orbits().samples), fa.tunes(samples_of_own()))
     same(fa.orbit_frequencies(own_orbits().samples, DT).nu, fa.orbit_frequencies(samples_of_own(), DT).nu)
     same(fa.tunes(own_orbits()[:2].samples), fa.tunes(samples_of_own()[:, :2]))
-    standard = fa.mapping("p1 = p + K*sin(x); x1 = x + p1", K=-0.3)
+    standard = fa.iterated_map("p1 = p + K*sin(x); x1 = x + p1", K=-0.3)
     orbits = fa.integrate(standard, RNG.uniform(-0.5, 0.5, (2, 4)), time=300, samples=300)
     same(fa.tunes(orbits.samples), fa.tunes(np.ascontiguousarray(orbits.samples.transpose(1, 2, 0))))
     with pytest.raises(ValueError, match=r"samples.transpose\(1, 2, 0\)"):
@@ -225,7 +225,7 @@ def test_bodies_of_an_archive(tmp_path):
     simulation.save_to_file(path, step=10, delete_file=True)
     simulation.integrate(1000.0, exact_finish_time=0)
     found = fa.orbit_frequencies(rebound.Simulationarchive(path))
-    assert np.abs(found.leading[0, 1:] * 2 * np.pi - n).max() < 1e-8
+    assert np.abs(found.dominant[0, 1:] * 2 * np.pi - n).max() < 1e-8
     with pytest.raises(TypeError, match="save_to_file"):
         fa.orbit_frequencies(simulation)
     with pytest.raises(TypeError, match="of a body give"):
@@ -288,24 +288,24 @@ def test_angles_about_an_axis_in_the_isochrone():
     zero = np.zeros(count)
     disk = fa.hamiltonian("-1/(b + sqrt(b**2 + x**2 + y**2))", b=b)
     orbits = fa.integrate(disk, [x, zero, vx, vy], time=1500.0, samples=12000)
-    found = fa.orbit_frequencies(orbits.samples, times=orbits.times, angles="R phi")
+    found = fa.orbit_frequencies(orbits.samples, times=orbits.times, signals="R phi")
     L, E = x * vy, (vx**2 + vy**2) / 2 - 1 / (b + np.sqrt(b**2 + x**2))
     radial = (-2 * E) ** 1.5
     turning = np.sign(L) * radial * (1 + np.abs(L) / np.sqrt(L**2 + 4 * b)) / 2
     np.testing.assert_allclose(found.omega, [radial, turning], rtol=1e-7)
     assert (np.abs(found.omega - [radial, turning]) <= 2 * np.pi * found.error + 1e-8).all()
     assert found.names == ("R", "phi")
-    assert fa.frequency_map(disk, [x, zero, vx, vy], time=400.0, angles="R phi").names == ("R", "phi")
+    assert fa.frequency_map(disk, [x, zero, vx, vy], time=400.0, signals="R phi").names == ("R", "phi")
     with pytest.raises(
-        ValueError, match="angles must be 'R phi' of 2 coordinates or 'R z phi' of 3 coordinates, or a value"
+        ValueError, match="signals must be 'R phi' of 2 coordinates or 'R z phi' of 3 coordinates, or a value"
     ):
-        fa.orbit_frequencies(orbits, angles="r theta")
+        fa.orbit_frequencies(orbits, signals="r theta")
 
 
 def test_tables_without_rows_or_of_arrow_are_refused_with_the_call():
     polars = pytest.importorskip("polars")
     table = polars.DataFrame({"x": np.cos(np.arange(99.0)), "v": -np.sin(np.arange(99.0))})
-    for call in (lambda value: fa.tunes(value, coordinates="x v"), fa.mapping):
+    for call in (lambda value: fa.tunes(value, coordinates="x v"), fa.iterated_map):
         with pytest.raises(TypeError, match=r"a LazyFrame of polars has no rows yet: give its .collect\(\)"):
             call(table.lazy())
     pytest.importorskip("pyarrow")

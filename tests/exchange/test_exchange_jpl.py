@@ -63,10 +63,10 @@ def test_orbits_of_a_file_are_periodic(tmp_path):
 @pytest.mark.slow
 def test_a_family_goes_on_from_a_file(tmp_path):
     table = read_periodic(_file(tmp_path))
-    family = fa.continuation(table.model, table.z0[:, 0], section="y=0", steps=3)
-    np.testing.assert_allclose(family.orbits.time[0], table.period[0], rtol=1e-9)
-    np.testing.assert_allclose(family.value[0], -table.jacobi[0] / 2, atol=1e-10)
-    assert len(family.value) == 4
+    family = fa.continuation(table.model, table.z0[:, 0], section="y=0", max_steps=3)
+    np.testing.assert_allclose(family.orbits.period[0], table.period[0], rtol=1e-9)
+    np.testing.assert_allclose(family.parameter[0], -table.jacobi[0] / 2, atol=1e-10)
+    assert len(family.parameter) == 4
 
 
 def test_what_is_no_such_file_is_refused(tmp_path):

@@ -30,7 +30,7 @@ def test_a_long_map_is_the_product_of_its_parts():
             Kick(tuple(rng.normal(size=orders)), tuple(rng.normal(size=orders - 1))),
             (_symplectic(rng), np.zeros(4)),
         ]
-    model = fa.mapping(turn(parts), coordinates="x y", momenta="px py")
+    model = fa.iterated_map(turn(parts), coordinates="x y", momenta="px py")
 
     def image(z):
         for part in parts:
@@ -73,7 +73,7 @@ def _tracked(ring, starts):
 def test_lattices_of_pyat():
     at = pytest.importorskip("at")
     ring = _ring(at)
-    model = fa.mapping(ring)
+    model = fa.iterated_map(ring)
     assert model.symplectic
     found = fa.integrate(model, STARTS, time=TURNS)
     assert found.success
@@ -84,7 +84,7 @@ def test_lattices_of_pyat():
 def test_dipoles_of_pyat_are_linear():
     at = pytest.importorskip("at")
     ring = _ring(at, dipoles=True, nonlinear=False)
-    model = fa.mapping(ring)
+    model = fa.iterated_map(ring)
     tiny = 1e-9 * STARTS / np.abs(STARTS).max()
     orbit = at.find_orbit4(ring)[0][[0, 2, 1, 3]]
     matrix = at.find_m44(ring, 0)[0]
@@ -101,13 +101,13 @@ def test_what_is_no_part_of_a_map_is_named():
     at = pytest.importorskip("at")
     thick = at.Lattice([at.Drift("d", 1.0), at.Sextupole("mine", 0.3, 12.0)], energy=1e9)
     with pytest.raises(ValueError, match=r"the element 'mine' \(Sextupole\) is neither linear nor a thin multipole"):
-        fa.mapping(thick)
-    with pytest.raises(TypeError, match=r"write fa.mapping\(lattice\)"):
+        fa.iterated_map(thick)
+    with pytest.raises(TypeError, match=r"write fa.iterated_map\(lattice\)"):
         fa.frequency_map(thick, STARTS, time=100)
-    with pytest.raises(TypeError, match=r"got Lattice of PyAT: ring.track.*fa.integrate\(fa.mapping\(ring\)"):
+    with pytest.raises(TypeError, match=r"got Lattice of PyAT: ring.track.*fa.integrate\(fa.iterated_map\(ring\)"):
         fa.tunes(thick)
     with pytest.raises(ValueError, match="are x y and px py: leave them out"):
-        fa.mapping(_ring(at, dipoles=False, nonlinear=True), coordinates="a b")
+        fa.iterated_map(_ring(at, dipoles=False, nonlinear=True), coordinates="a b")
     rays, off = np.asfortranarray(np.zeros((6, STARTS.shape[1]))), []
     rays[[0, 2, 1, 3]] = STARTS
     end = thick.track(rays.copy(order="F"), nturns=1)[0][[0, 2, 1, 3], :, 0, -1]
@@ -116,7 +116,9 @@ def test_what_is_no_part_of_a_map_is_named():
         L, drift = e.Length, at.Drift("d", e.Length / 2 / n)
         cut = [drift, at.ThinMultipole("k", e.PolynomA * L / n, e.PolynomB * L / n), drift] * n
         off.append(
-            np.abs(fa.integrate(fa.mapping(at.Lattice([thick[0], *cut], energy=1e9)), STARTS, time=1).z - end).max()
+            np.abs(
+                fa.integrate(fa.iterated_map(at.Lattice([thick[0], *cut], energy=1e9)), STARTS, time=1).z - end
+            ).max()
         )
     assert 12 < off[0] / off[1] < 20
 
@@ -141,7 +143,7 @@ def _line(xtrack):
 def test_lines_of_xtrack():
     xtrack = pytest.importorskip("xtrack")
     line = _line(xtrack)
-    model = fa.mapping(line)
+    model = fa.iterated_map(line)
     assert model.symplectic
     particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), STARTS, strict=True)))
     line.track(particles, num_turns=TURNS, turn_by_turn_monitor=True)
@@ -165,12 +167,12 @@ def test_elements_that_change_the_momentum_are_refused_and_solenoids_taken():
     line.particle_ref = xt.Particles(p0c=2e9, mass0=xt.ELECTRON_MASS_EV)
     cavity = line.element_names[3]
     with pytest.raises(ValueError, match=rf"changes the momentum.*line\['{cavity}'\].voltage = 0"):
-        fa.mapping(line)
+        fa.iterated_map(line)
     line[cavity].voltage = 0
     start = np.random.default_rng(8).uniform(-1e-4, 1e-4, (4, 6))
     particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), start, strict=True)))
     line.track(particles)
-    end = fa.integrate(fa.mapping(line), start, time=1).z
+    end = fa.integrate(fa.iterated_map(line), start, time=1).z
     truth = np.array([getattr(particles, name) for name in ("x", "y", "px", "py")])
     assert np.abs(end - truth).max() < 1e-6 * np.abs(truth).max()
 
@@ -196,24 +198,26 @@ def test_cut_and_misaligned_elements_of_xtrack():
     line.track(particles, num_turns=3)
     truth = np.array([getattr(particles, name) for name in ("x", "y", "px", "py")])
     assert (particles.state > 0).all()
-    np.testing.assert_allclose(fa.integrate(fa.mapping(line), start, time=3).z, truth, atol=1e-10 * np.abs(start).max())
+    np.testing.assert_allclose(
+        fa.integrate(fa.iterated_map(line), start, time=3).z, truth, atol=1e-10 * np.abs(start).max()
+    )
     cavity = xt.Line([xt.Cavity(length=1.0, voltage=1e5, frequency=4e8)], element_names=["rf"])
     cavity.particle_ref = line.particle_ref
     cavity.slice_thick_elements([xt.Strategy(slicing=xt.Teapot(2, mode="thick"))])
     with pytest.raises(ValueError, match=r"changes the momentum.*line\['rf'\].voltage = 0"):
-        fa.mapping(cavity)
+        fa.iterated_map(cavity)
     line[line.element_names[-1]].rot_x_rad = 0.1
     with pytest.raises(ValueError, match=r"\(Multipole\) has another kick than its strengths say"):
-        fa.mapping(line)
+        fa.iterated_map(line)
 
 
 def test_kicks_of_pyat_that_are_moved_are_refused():
     at = pytest.importorskip("at")
     ring = at.Lattice([at.Drift("d", 1.0), at.ThinMultipole("mine", [0.0] * 3, [0.0, 0.0, 9.0])], energy=1e9)
-    assert fa.mapping(ring).symplectic
+    assert fa.iterated_map(ring).symplectic
     at.shift_elem(ring[1], 1e-3, 0.0)
     with pytest.raises(ValueError, match=r"the element 'mine' \(ThinMultipole\) has another kick than its strengths"):
-        fa.mapping(ring)
+        fa.iterated_map(ring)
 
 
 def _one(xt, **elements):
@@ -240,7 +244,7 @@ def test_multipoles_beyond_the_linear_part_are_refused_by_name(kind, held, said)
     xt = pytest.importorskip("xtrack")
     line = _one(xt, mine=getattr(xt, kind)(**held))
     with pytest.raises(ValueError, match=rf"the element 'mine' \({kind}\).*{said}.*line.slice_thick_elements\("):
-        fa.mapping(line)
+        fa.iterated_map(line)
 
 
 def test_cut_bends_with_multipoles_are_kicks():
@@ -259,7 +263,7 @@ def test_cut_bends_with_multipoles_are_kicks():
         particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), start, strict=True)))
         line.track(particles)
         truth = np.array([getattr(particles, name) for name in ("x", "y", "px", "py")])
-        off.append(np.abs(fa.integrate(fa.mapping(line), start, time=1).z - truth).max())
+        off.append(np.abs(fa.integrate(fa.iterated_map(line), start, time=1).z - truth).max())
     assert off[0] < 1e-12 * np.abs(start).max()
     assert off[1] < k1 * angle * (2 * np.abs(start).max()) ** 2  # amplitudes within the bend are up to twice these
 
@@ -270,11 +274,11 @@ def test_elements_that_depend_on_the_arrival_are_refused_by_name():
     with pytest.raises(
         ValueError, match=r"'crab' \(CrabCavity\) changes the momentum.*line\['crab'\].crab_voltage = 0"
     ):
-        fa.mapping(line)
+        fa.iterated_map(line)
     line["crab"].crab_voltage = 0
-    assert fa.mapping(line).symplectic
+    assert fa.iterated_map(line).symplectic
     with pytest.raises(ValueError, match=r"'fast' \(RFMultipole\) changes the momentum.*line.remove\('fast'\)"):
-        fa.mapping(_one(xt, fast=xt.RFMultipole(knl=[0, 0.1], frequency=4e8)))
+        fa.iterated_map(_one(xt, fast=xt.RFMultipole(knl=[0, 0.1], frequency=4e8)))
 
 
 def test_apertures_are_told():
@@ -284,7 +288,7 @@ def test_apertures_are_told():
     ring = at.Lattice([at.Drift("d", 0.3), at.Aperture("wide", small), at.Collimator("rect", 0.1, small)], energy=1e9)
     for lattice, length in ((line, 0.3), (ring, 0.4)):
         with pytest.warns(UserWarning, match=r"leaves out apertures \('wide', 'rect'\): no orbit is lost") as told:
-            model = fa.mapping(lattice)
+            model = fa.iterated_map(lattice)
         assert told[0].filename == __file__
         np.testing.assert_allclose(jacobian(model, np.zeros((4, 1)))[:2, 2:, 0], length * np.eye(2), rtol=1e-9)
     assert all(hasattr(element, name) for element, name in zip(ring[1:], ("Limits", "RApertures"), strict=True))
@@ -301,7 +305,7 @@ def test_dipoles_of_pyat_with_multipoles_are_refused_and_cut():
     ring = at.Lattice([thick], energy=1e9)
     end, off = ring.track(rays, nturns=1)[0][[0, 2, 1, 3], :, 0, -1], []
     with pytest.raises(ValueError, match=r"'mine' \(Dipole\).*PolynomB\[2\] is not 0: A, B = .*e.divide\("):
-        fa.mapping(ring)
+        fa.iterated_map(ring)
     for n in (2, 8):  # as the refusal says: errors fall with n^2
         e = thick.deepcopy()
         A, B, L = e.PolynomA.copy(), e.PolynomB.copy(), e.Length
@@ -309,6 +313,6 @@ def test_dipoles_of_pyat_with_multipoles_are_refused_and_cut():
         e.PolynomA[2:] = e.PolynomB[2:] = 0
         parts, kick = e.divide([0.5 / n] * 2 * n), at.ThinMultipole("k", A * L / n, B * L / n)
         cut = [p for first, last in zip(parts[::2], parts[1::2], strict=True) for p in (first, kick, last)]
-        found = fa.integrate(fa.mapping(at.Lattice(cut, energy=1e9)), start, time=1).z
+        found = fa.integrate(fa.iterated_map(at.Lattice(cut, energy=1e9)), start, time=1).z
         off.append(np.abs(found - end).max())
     assert 12 < off[0] / off[1] < 20

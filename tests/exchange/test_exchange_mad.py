@@ -108,7 +108,7 @@ def test_a_map_with_one_sextupole_is_its_series(tmp_path, write):
     """Its series ends at second order: the map is the ring's, and symplectic."""
     rng = np.random.default_rng(5)
     parts = _ring(rng, 1)
-    model = fa.mapping(write(tmp_path / "map.dat", _series(parts, 2)))
+    model = fa.iterated_map(write(tmp_path / "map.dat", _series(parts, 2)))
     z = 0.3 * rng.normal(size=(4, 20))
     np.testing.assert_allclose(np.array(model.iterate(*z)), _image(parts, z), rtol=1e-12, atol=1e-13)
     assert (model.coordinates, model.momenta) == (("x", "y"), ("px", "py"))
@@ -121,7 +121,7 @@ def test_what_is_cut_is_of_the_next_order(tmp_path):
     """Third order of two sextupoles: the image is off by amplitude^4, the symplectic form by amplitude^3."""
     rng = np.random.default_rng(8)
     parts = _ring(rng, 2)
-    model = fa.mapping(_map_table(tmp_path / "map.tfs", _series(parts, 3)))
+    model = fa.iterated_map(_map_table(tmp_path / "map.tfs", _series(parts, 3)))
     unit = rng.normal(size=(4, 6))
     size = np.array([1e-1, 1e-2])
     off = [np.abs(np.array(model.iterate(*(a * unit))) - _image(parts, a * unit)).max() for a in size]
@@ -130,7 +130,7 @@ def test_what_is_cut_is_of_the_next_order(tmp_path):
     assert np.log10(form[0] / form[1]) == pytest.approx(3, abs=0.3)
     assert not model.symplectic
     truth = np.sort(np.abs(np.angle(np.linalg.eigvals(np.linalg.multi_dot([p[0] for p in parts][::-1])))))[::2]
-    nu = fa.frequency_map(model, 1e-5 * unit, time=2000).leading
+    nu = fa.frequency_map(model, 1e-5 * unit, time=2000).dominant
     assert np.abs(np.sort(np.minimum(nu, 1 - nu), axis=0) - truth[:, None] / (2 * np.pi)).max() < 1e-8
 
 
@@ -139,7 +139,7 @@ def test_a_table_of_pandas_is_the_same_map(tmp_path):
     path = _map_table(tmp_path / "map.tfs", _series(_ring(np.random.default_rng(1), 1), 2))
     rows = [line.split() for line in path.read_text().splitlines()[2:]]
     frame = pd.DataFrame([entry[:1] + list(map(float, entry[1:])) for entry in rows[2:]], columns=rows[0][1:])
-    assert fa.mapping(frame) == fa.mapping(path)
+    assert fa.iterated_map(frame) == fa.iterated_map(path)
 
 
 def test_maps_with_cavities_are_refused(tmp_path):
@@ -149,7 +149,7 @@ def test_maps_with_cavities_are_refused(tmp_path):
         _damap(tmp_path / "map.dat", series, "     1   1.0000000000000000E+00    1     0 1  0 0  0 0"),
     ):
         with pytest.raises(ValueError, match="a map must leave the momentum as it is: switch cavities off"):
-            fa.mapping(path)
+            fa.iterated_map(path)
 
 
 def test_damaps_that_mad_ng_writes(tmp_path):
@@ -172,10 +172,10 @@ def test_damaps_that_mad_ng_writes(tmp_path):
         address = int(ng.ffi.cast("intptr_t", value.ptr))
         library.mad_tpsa_print(address, name.upper().encode(), -1.0, 0, file)
     c.fclose(file)
-    model = fa.mapping(path)
+    model = fa.iterated_map(path)
     points = 0.02 * np.random.default_rng(1).normal(size=(4, 8))
     np.testing.assert_allclose(np.array(model.iterate(*points)), _image(parts, points), atol=2e-7)
-    same = fa.mapping(_map_table(tmp_path / "map.tfs", _series(parts, 5)))
+    same = fa.iterated_map(_map_table(tmp_path / "map.tfs", _series(parts, 5)))
     np.testing.assert_allclose(np.array(same.iterate(*points)), np.array(model.iterate(*points)), atol=1e-15)
 
 
@@ -217,13 +217,13 @@ def test_other_files_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"samples must be a table of tracking with turn, .* it has name, s, betx"):
         fa.tunes(path)
     with pytest.raises(ValueError, match=r"must be a table of a map with coef, n_vector, .*: no coef"):
-        fa.mapping(path)
+        fa.iterated_map(path)
     path.write_text("* NAME S BETX\n$ %s %le %le\nA B 1.0 nil\n")
     with pytest.raises(ValueError, match=r"must have 3 entries in each row, got 'A B 1\.0 nil'"):
-        fa.mapping(path)
+        fa.iterated_map(path)
     path.write_text("p1 = p + x; x1 = x + p1")
-    with pytest.raises(ValueError, match=r"must be a TFS table .* mapping\(path\.read_text\(\)\)"):
-        fa.mapping(path)
+    with pytest.raises(ValueError, match=r"must be a TFS table .* iterated_map\(path\.read_text\(\)\)"):
+        fa.iterated_map(path)
     path.write_text("orbit,time,x,y\n1,0.0,1.0,2.0\n")
     with pytest.raises(ValueError, match=r"of a CSV table give pandas.read_csv\(path\), coordinates="):
         fa.tunes(path, coordinates="x y")

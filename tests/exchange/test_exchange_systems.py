@@ -81,7 +81,7 @@ def test_sums_and_turning_frames_of_gala():
     with pytest.raises(ValueError, match="is V alone: leave them out"):
         fa.hamiltonian(milky_way, momenta="px py pz")
     with pytest.raises(TypeError, match=r"write fa.hamiltonian\(potential\)"):
-        fa.formula(milky_way)
+        fa.affine_body(milky_way)
     assert fa.hamiltonian(milky_way, coordinates=["x", "y", "z"]) == model
     heavier = fa.hamiltonian(milky_way, m_halo=1e12)
     assert heavier.m_halo == 1e12
@@ -119,7 +119,7 @@ def test_what_gala_has_no_true_formula_of_is_refused():
         fa.hamiltonian(potentials.LM10Potential())
     with pytest.raises(ValueError, match="no formula of a BurkertPotential; write one"):
         fa.hamiltonian(potentials.BurkertPotential(rho=1e7, r0=3.0, units=galactic))
-    with pytest.raises(TypeError, match=r"body must be a model .*fa.hamiltonian\(potential\)"):
+    with pytest.raises(TypeError, match=r"model must be a model .*fa.hamiltonian\(potential\)"):
         fa.integrate(turned, [1.0, 0, 0, 0, 0.2, 0], time=1.0)
 
 
@@ -181,7 +181,7 @@ def test_the_milky_way_of_galpy_and_of_gala():
     run = fa.integrate(model, disc, time=50.0, accuracy=1e-11)
     assert run.status[0] == 0
     np.testing.assert_allclose(run.z[:3, 0], [disc.x(50.0), disc.y(50.0), disc.z(50.0)], atol=1e-9)
-    found = fa.frequency_map(model, disc, time=200.0, angles="R z phi")
+    found = fa.frequency_map(model, disc, time=200.0, signals="R z phi")
     assert found.names == ("R", "z", "phi")
     assert found.status[0] == 0
     np.testing.assert_array_less(found.error[:, 0], 1e-7)
@@ -233,9 +233,9 @@ def test_expressions_of_heyoka():
     truth = heyoka.taylor_adaptive(rates, list(start), pars=[1.3])
     truth.propagate_until(20.0)
     np.testing.assert_allclose(fa.integrate(model, start, time=20.0, accuracy=1e-12).z[:, 0], truth.state, atol=1e-10)
-    flow = fa.flow(rates, par_0=1.3)
+    flow = fa.ode(rates, par_0=1.3)
     np.testing.assert_allclose(fa.integrate(flow, start, time=20.0).z[:, 0], truth.state, atol=1e-9)
-    driven = fa.hamiltonian(x**2 / 2 - 0.1 * x * heyoka.cos(2.0 * heyoka.time), coordinates="x", period="pi")
+    driven = fa.hamiltonian(x**2 / 2 - 0.1 * x * heyoka.cos(2.0 * heyoka.time), coordinates="x", drive_period="pi")
     assert driven.period == pytest.approx(np.pi)
     with pytest.raises(ValueError, match="par_0"):
         fa.hamiltonian(potential, coordinates="x y")
@@ -247,13 +247,13 @@ def test_systems_of_sympy():
     sympy = pytest.importorskip("sympy")
     x, y, z, s = sympy.symbols("x y z s")
     sides = {x: s * (y - x), y: x * (28 - z) - y, z: x * y - sympy.Rational(8, 3) * z}
-    text = fa.flow("x' = s*(y - x); y' = x*(28 - z) - y; z' = x*y - 8/3*z", s=10.0)
+    text = fa.ode("x' = s*(y - x); y' = x*(28 - z) - y; z' = x*y - 8/3*z", s=10.0)
     point = RNG.normal(size=3)
     for given in (sides, list(sides.items())):
-        model = fa.flow(given, s=10.0)
+        model = fa.ode(given, s=10.0)
         assert model.coordinates == ("x", "y", "z")
         np.testing.assert_allclose(model.rates(*point), text.rates(*point), rtol=1e-14)
     with pytest.raises(ValueError, match="gamma"):
-        fa.flow({x: sympy.gamma(x)})
+        fa.ode({x: sympy.gamma(x)})
     with pytest.raises(TypeError, match="text must be a text of equations"):
-        fa.flow([1.0, 2.0])
+        fa.ode([1.0, 2.0])

@@ -16,7 +16,7 @@ TEXTS = [
     ("text", "ground"),
     ("text", "panel"),
     ("text", "plot"),
-    ("text", "forbidden"),
+    ("text", "inaccessible"),
     ("quiet", "ground"),
     ("quiet", "panel"),
 ]
@@ -108,7 +108,7 @@ def test_every_control_has_a_name_and_room(browser, tmp_path, width):
     context = browser.new_context(viewport={"width": width, "height": 844}, reduced_motion="reduce")
     sheet = Sheet(context, path.as_uri())
     sheet.done(2)
-    for system in ("henon-heiles", "neo-hookean", "your-plane", "your-flow", "froeschle-map"):
+    for system in ("henon-heiles", "neo-hookean", "your-plane", "your-ode", "froeschle-map"):
         sheet.state(f"system={system}&crossings=5" + ("&points=0.1:0.1" if system == "henon-heiles" else ""))
         assert sheet.page.evaluate(NAMELESS) == []
         assert sheet.page.evaluate(UNLABELLED) == []
@@ -202,7 +202,7 @@ def test_the_menu_and_what_is_wrong(browser, tmp_path):
         page.keyboard.press("Tab")
         assert page.evaluate(FOCUS) == "box"
     sheet.state("system=your-plane")
-    for part, text in (("coordinates", "x"), ("period", "2*pi/w"), ("formula", "x**2/2 - f*x*cos(w*t)")):
+    for part, text in (("coordinates", "x"), ("drive_period", "2*pi/w"), ("formula", "x**2/2 - f*x*cos(w*t)")):
         page.locator(f"[data-part={part}]").fill(text)
         page.locator(f"[data-part={part}]").press("Tab")
     sheet.wait("app.root.dataset.driven !== undefined")

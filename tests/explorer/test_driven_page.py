@@ -13,10 +13,10 @@ from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8
 from fastaff.systems.models.mechanics import system_of
 from fastaff.systems.models.sections import Stroboscopic
 
-PENDULUM = fa.hamiltonian("-cos(x) - a*x*cos(w*t)", coordinates="x", a=0.3, w=0.8, period="2*pi/w")
+PENDULUM = fa.hamiltonian("-cos(x) - a*x*cos(w*t)", coordinates="x", a=0.3, w=0.8, drive_period="2*pi/w")
 WEAK = PENDULUM._replace(a=0.02)
-DUFFING = fa.hamiltonian("x**4/4 - x**2/2 - f*x*cos(w*t)", coordinates="x", f=0.02, w=1.2, period="2*pi/w")
-MATHIEU = fa.hamiltonian("(a - 2*q*cos(2*t))*x**2/2", coordinates="x", a=1.7, q=0.4, period=np.pi)
+DUFFING = fa.hamiltonian("x**4/4 - x**2/2 - f*x*cos(w*t)", coordinates="x", f=0.02, w=1.2, drive_period="2*pi/w")
+MATHIEU = fa.hamiltonian("(a - 2*q*cos(2*t))*x**2/2", coordinates="x", a=1.7, q=0.4, drive_period=np.pi)
 
 
 def told(model, scheme=BLANES_CASAS_ESCORIHUELA8, accuracy=1e-12):
@@ -76,7 +76,7 @@ def test_readings_of_driven_systems():
         (model_code(system_of(PENDULUM)), [told(PENDULUM), strobed(PENDULUM), launch_message(1, (3.1, 0.1), 1400)]),
     ]
     calm, growing, wild = (of(heard, "reading")[-1] for heard in explored(tasks))
-    assert (calm["verdict"], wild["verdict"]) == ("regular", "chaotic")
+    assert (calm["classification"], wild["classification"]) == ("regular", "chaotic")
     assert growing["lyapunov"] == pytest.approx(exponent, rel=0.1)
     turn = fa.tangent_map(stable, [0.0, 0.0], time=period).matrix[[0, 2]][:, [0, 2], 0]
     tune = np.arccos(np.trace(turn) / 2) / (2 * np.pi)
@@ -93,17 +93,17 @@ def test_set_up_of_a_driven_system(tmp_path):
     assert own["code"]["winds"] == [True, False]
     assert model_code(system_of(DUFFING))["winds"] == [False, False]
     assert (start["scheme"], start["accuracy"], start["energy"]) == ("KAHAN_LI8", 1e-8, None)
-    assert own["job"]["period"] == "2*pi/w"
+    assert own["job"]["drive_period"] == "2*pi/w"
     for given, error, said in (
         ({"energy": 1.0}, ValueError, "energy does not go with a driven system"),
         ({"fixed": {"x": 1.0}}, ValueError, "fixed does not go with"),
         ({"background": 3}, TypeError, "background"),
-        ({"section": fa.Linear((1.0, 0.0, 0.0, 0.0))}, TypeError, "Stroboscopic"),
+        ({"section": fa.Hyperplane((1.0, 0.0, 0.0, 0.0))}, TypeError, "Stroboscopic"),
         ({"scheme": "DOP853"}, TypeError, "splitting"),
     ):
         with pytest.raises(error, match=said):
             fa.explore(DUFFING, out=tmp_path / "x.html", **given)
-    two = fa.hamiltonian("x**2 + y**2 + x*cos(t)", coordinates="x y", period=2 * np.pi)
+    two = fa.hamiltonian("x**2 + y**2 + x*cos(t)", coordinates="x y", drive_period=2 * np.pi)
     with pytest.raises(TypeError, match=r"one coordinate beside its time .* coordinates x, y: fa.poincare_map.*'t=0'"):
         fa.explore(two, out=tmp_path / "x.html")
 

@@ -85,7 +85,7 @@ class Pendulum(NamedTuple):
 
 def sections(body):
     if body.degrees_of_freedom == 2:
-        return [fa.Linear((1.0, 0.0, 0.0, 0.0)), fa.Linear((0.0, -2.0, 0.0, 0.0), 0.1, -1)]
+        return [fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), fa.Hyperplane((0.0, -2.0, 0.0, 0.0), 0.1, -1)]
     return [fa.AlphaTurning(), fa.BetaTurning(-1), fa.AlphaEquals(1.5), fa.BetaEquals(0.4, -1), fa.AreaEquals(1.1, 0)]
 
 
@@ -153,7 +153,7 @@ FORMULAS = [
 
 
 def formula_body(kind, text, parameters):
-    return fa.formula(text, **parameters) if kind == "body" else fa.hamiltonian(text, **parameters)
+    return fa.affine_body(text, **parameters) if kind == "body" else fa.hamiltonian(text, **parameters)
 
 
 def formula_codes():
@@ -218,10 +218,10 @@ def check_values(codes, bodies, tolerance):
 def test_printed_methods_have_pythons_values():
     bodies = [body for body in map(named_body, NAMED) if system_of(body).separable] + [
         Pendulum(),
-        fa.reduced(fa.Body(fa.NeoHookean()), p_eta=0.3, p_gamma=0),
+        fa.reduced_body(fa.Body(fa.NeoHookean()), p_eta=0.3, p_gamma=0),
     ]
     bodies.append(fa.Body(fa.SeparableAlphaBeta(fa.models.Oscillator(1.0, 0.2), fa.models.Oscillator(2.0))))
-    bodies.append(fa.formula("cos(D1) + cos(D2) + C*(D1**2 + D2**2)", C=0.6))
+    bodies.append(fa.affine_body("cos(D1) + cos(D2) + C*(D1**2 + D2**2)", C=0.6))
     check_values([model_code(system_of(body)) for body in bodies], bodies, 1e-14)
 
 
@@ -260,7 +260,7 @@ class Counting(NamedTuple):
 def test_what_cannot_be_printed_is_named():
     for body, said in (
         (Counting(), "Python's While cannot be printed as JavaScript"),
-        (fa.formula("C*x**2 + D1**2 + D2**2", C=1.0), "doubly isotropic potential, or a system of two coordinates"),
+        (fa.affine_body("C*x**2 + D1**2 + D2**2", C=1.0), "doubly isotropic potential, or a system of two coordinates"),
         (fa.hamiltonian("x**2+y**2+z**2", coordinates="x y z"), "has the 3 coordinates x, y, z"),
     ):
         with pytest.raises(TypeError, match=said):
@@ -357,15 +357,15 @@ def test_typed_formulas_that_are_no_bodys_are_refused():
 
 @needs_node
 def test_readings_are_the_packages():
-    """Rotation number, MEGNO, exponent, verdict, leading lines and energy error of a regular and a chaotic orbit."""
-    body, section = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
+    """Rotation number, MEGNO, exponent, classification, dominant lines and energy error of a regular and a chaotic orbit."""
+    body, section = fa.HenonHeiles(), fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     points = [(0.1, 0.05), (0.3, 0.0), (-0.1, 0.2)]
     energies = [0.1, 0.1, 0.16]
     tasks = [
         (code_of(body), [system_message(body), surface_message(body, section, e), launch_message(1, point, 400)])
         for point, e in zip(points, energies)
     ]
-    verdicts = []
+    classifications = []
     for heard, energy in zip(explored(tasks), energies, strict=True):
         last, z0 = of(heard, "reading")[-1], np.array(of(heard, "launched")[0]["z0"])
         assert (last["status"], last["crossings"]) == ("done", 400)
@@ -375,18 +375,20 @@ def test_readings_are_the_packages():
         assert last["rotation"]["value"] == pytest.approx(turning.rotation[0], abs=1e-12)
         assert last["rotation"]["error"] == pytest.approx(turning.error[0], rel=1e-6)
         chaos = fa.chaos_map(body, z0, time=last["time"], indicators=(fa.MEGNO(), fa.Lyapunov()), threads=1)
-        verdicts.append(last["verdict"])
-        assert ("regular", "chaotic", "undecided")[chaos.verdict[0]] == last["verdict"]
+        classifications.append(last["classification"])
+        assert ("regular", "chaotic", "undecided")[chaos.classification[0]] == last["classification"]
         loose = 1e-3 if energy < 0.15 else 0.1  # of chaotic orbits only averages are the same
         assert last["megno"] == pytest.approx(chaos.megno[0], rel=loose)
         assert last["lyapunov"] == pytest.approx(chaos.lyapunov[0], rel=10 * loose)
-        if last["verdict"] == "regular":
+        if last["classification"] == "regular":
             lines = fa.frequency_map(body, z0, time=last["time"], threads=1)
             mine, error = (np.array(last["frequencies"][name]) for name in ("values", "errors"))
             # Two lines of the first orbit are so near each other that only its whole time tells them apart.
-            assert (np.abs(mine - lines.leading[:, 0]) <= error + lines.leading_error[:, 0]).all()
-            assert np.abs(mine - lines.leading[:, 0]).max() < (1e-5 if energy == 0.1 and len(verdicts) == 1 else 1e-10)
-    assert verdicts == ["regular", "regular", "chaotic"]
+            assert (np.abs(mine - lines.dominant[:, 0]) <= error + lines.dominant_error[:, 0]).all()
+            assert np.abs(mine - lines.dominant[:, 0]).max() < (
+                1e-5 if energy == 0.1 and len(classifications) == 1 else 1e-10
+            )
+    assert classifications == ["regular", "regular", "chaotic"]
 
 
 @needs_node
@@ -397,7 +399,7 @@ def test_frequencies_of_a_body_are_the_packages():
     last, z0 = of(heard, "reading")[-1], np.array(of(heard, "launched")[0]["z0"])
     assert last["frequencies"]["names"] == ["area", "r", "eta", "gamma"]
     found = fa.frequency_map(body, z0, time=last["time"], threads=1)
-    expected = [*found.leading[:2, 0], found.nu_eta[0], found.nu_gamma[0]]
+    expected = [*found.dominant[:2, 0], found.nu_eta[0], found.nu_gamma[0]]
     mine, error = (np.array(last["frequencies"][name]) for name in ("values", "errors"))
     assert (np.abs(mine - expected) <= error + 1e-8).all()
     np.testing.assert_allclose(mine, expected, atol=1e-6)
@@ -417,7 +419,7 @@ def test_energy_surface_and_its_landscape():
         u, v = u0 + (u1 - u0) * (np.arange(23) + 0.5) / 23, v0 + (v1 - v0) * (np.arange(17) + 0.5) / 17
         grid = fa.energy_grid(body, energy=energy, section=section, axes=(u, v), p_eta=p_eta, p_gamma=p_gamma)
         assert grid.names == tuple(answer["axes"])
-        np.testing.assert_array_equal(np.array(answer["allowed"]).reshape(17, 23).T == 0, grid.forbidden)
+        np.testing.assert_array_equal(np.array(answer["allowed"]).reshape(17, 23).T == 0, grid.inaccessible)
         if isinstance(body, fa.HenonHeiles):
             assert answer["minimum"] == pytest.approx(0.0, abs=1e-12)
             assert answer["escape"] == pytest.approx(1 / (6 * body.lam**2), rel=1e-9)
@@ -428,7 +430,7 @@ def test_energy_surface_and_its_landscape():
     low[0] = system_message(fa.Body(fa.NeoHookean()))
     ((*_, wrong),) = explored([(code_of(fa.Body(fa.NeoHookean())), low)])
     assert (wrong["type"], wrong["what"]) == ("wrong", "energy")
-    least = fa.reduced(fa.Body(fa.NeoHookean()), p_eta=0.3, p_gamma=0.2)
+    least = fa.reduced_body(fa.Body(fa.NeoHookean()), p_eta=0.3, p_gamma=0.2)
     alpha, beta = np.meshgrid(np.linspace(1.0, 2.0, 1001), np.linspace(0.01, 0.8, 1001))
     assert float(wrong["message"].split()[-1]) == pytest.approx(least.potential_energy(alpha, beta).min(), abs=1e-5)
 
@@ -436,7 +438,7 @@ def test_energy_surface_and_its_landscape():
 @needs_node
 def test_landscapes_of_any_units():
     """Minimum and escape energies in small and large units, with another zero of V, at the axis, with two wells."""
-    x, turning = fa.Linear((1.0, 0.0, 0.0, 0.0)), fa.AlphaTurning()
+    x, turning = fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), fa.AlphaTurning()
     cubic = "k*((x**2 + y**2)/2 + (x**2*y - y**3/3)/s)"
     neo = fa.Body(fa.NeoHookean())
     asked = [  # system, section, energy, angular momenta, saddle of escape
@@ -466,8 +468,8 @@ def test_regular_is_not_said_early():
     launches += [launch_message(10 + i, point, 700) for i, point in enumerate(points)]
     (heard,) = explored([(code_of(body), [system_message(body), where, *launches])])
     last = {one["orbit"]: one for one in of(heard, "reading")}
-    assert all(last[i]["verdict"] == "undecided" for i in range(4))
-    assert {last[10 + i]["verdict"] for i in range(4)} == {"regular", "chaotic"}
+    assert all(last[i]["classification"] == "undecided" for i in range(4))
+    assert {last[10 + i]["classification"] for i in range(4)} == {"regular", "chaotic"}
 
 
 @needs_node
@@ -491,7 +493,7 @@ def test_steps_in_a_second_are_those_of_the_orbits():
 @needs_node
 def test_wrong_messages_have_answers():
     body = fa.HenonHeiles()
-    x = fa.Linear((1.0, 0.0, 0.0, 0.0))
+    x = fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     messages = [
         system_message(body),
         {"type": "launch", "orbit": 1, "point": [0.0, 0.0]},
@@ -514,7 +516,7 @@ def test_wrong_messages_have_answers():
 def test_orbits_that_leave_have_a_status_and_the_motion_is_sampled():
     if NODE is None:
         pytest.skip("there is no node here to run the page's engine")
-    body, x = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
+    body, x = fa.HenonHeiles(), fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     leave = [system_message(body), surface_message(body, x, 0.3), launch_message(1, (0.1, 0.5), 5000)]
     neo = fa.Body(fa.NeoHookean())
     stay = [
@@ -586,8 +588,8 @@ def test_wrong_input_is_named(tmp_path):
         ({"energy": -5.0}, ValueError, "below the minimum"),
         ({"energy": math.nan}, ValueError, "energy"),
         ({"energy": "high"}, TypeError, "energy"),
-        ({"body": 3}, TypeError, "body|model"),
-        ({"section": fa.Linear((1.0, 0, 0, 0))}, (TypeError, ValueError), "section"),
+        ({"model": 3}, TypeError, "body|model"),
+        ({"section": fa.Hyperplane((1.0, 0, 0, 0))}, (TypeError, ValueError), "section"),
         ({"section": "x=0"}, ValueError, "section"),
         ({"scheme": "DOP853"}, TypeError, "splitting"),
         ({"scheme": "none"}, ValueError, "scheme"),
@@ -596,8 +598,8 @@ def test_wrong_input_is_named(tmp_path):
         ({"out": tmp_path / "no" / "x.html"}, ValueError, "folder"),
         ({"out": 3}, TypeError, "out"),
         ({"background": 3}, TypeError, "background"),
-        ({"body": fa.HenonHeiles(), "p_eta": 0.1}, ValueError, "p_eta"),
-        ({"body": fa.hamiltonian("x**2+y**4")}, ValueError, "energy must be given"),
+        ({"model": fa.HenonHeiles(), "p_eta": 0.1}, ValueError, "p_eta"),
+        ({"model": fa.hamiltonian("x**2+y**4")}, ValueError, "energy must be given"),
     ):
         with pytest.raises(error, match=said):
             fa.explore(**{"out": out, **given})
@@ -605,14 +607,14 @@ def test_wrong_input_is_named(tmp_path):
 
 
 def test_a_map_lies_under_the_section(tmp_path):
-    body, section = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
+    body, section = fa.HenonHeiles(), fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     axes = np.linspace(-0.3, 0.5, 5), np.linspace(-0.4, 0.4, 4)
     grid = fa.energy_grid(body, energy=0.1, section=section, axes=axes)
     result = fa.chaos_map(body, grid.z0, time=100.0, indicators=(fa.MEGNO(), fa.Lyapunov()), threads=1)
     path = fa.explore(body, energy=0.1, section=section, background=(result, grid), out=tmp_path / "a.html")
     record = json.loads(path.read_text().split('id="setup">')[1].split("</script>")[0])["background"]
     values = np.frombuffer(base64.b64decode(record["values"]), "<f4").reshape(4, 5)
-    np.testing.assert_allclose(values.T, np.ma.filled(grid.spread(result.megno), np.nan), rtol=1e-6)
+    np.testing.assert_allclose(values.T, np.ma.filled(grid.to_grid(result.megno), np.nan), rtol=1e-6)
     np.testing.assert_allclose(record["extent"], [-0.4, 0.6, -0.4 - 0.4 / 3, 0.4 + 0.4 / 3])
     assert (record["axes"], record["label"], record["of"]["section"]) == (["y", "p_y"], "MEGNO", "x=c")
     with pytest.raises(ValueError, match="belong together"):
@@ -647,7 +649,7 @@ def test_the_package_answers_the_pages_messages():
     body, heard = fa.HenonHeiles(0.9), []
     answers = Answers({"henon-heiles": fa.HenonHeiles()}, heard.append)
     system = {"name": "henon-heiles", "code": {}, "parameters": {"lam": 0.9}}
-    section = fa.Linear((1.0, 0.0, 0.0, 0.0))
+    section = fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     for message in (
         {"type": "system", "system": system, "scheme": "BLANES_CASAS_ESCORIHUELA8", "accuracy": 1e-10},
         surface_message(body, section, 0.1),
@@ -671,7 +673,7 @@ def test_the_package_answers_the_pages_messages():
     np.testing.assert_allclose(times, result.times[:, 0], atol=1e-8)
     np.testing.assert_allclose(points, own_points(result, body, section), atol=1e-8)
     reading = of(heard, "reading")[-1]
-    assert (reading["verdict"], reading["crossings"], reading["status"]) == ("undecided", 60, "done")
+    assert (reading["classification"], reading["crossings"], reading["status"]) == ("undecided", 60, "done")
     assert [m["names"] for m in of(heard, "parsed")] == [["k", "w"], []]
     assert of(heard, "parsed")[0]["message"] is None
     assert "energy -1" in heard[-1]["message"]
@@ -702,7 +704,7 @@ def test_the_widget_speaks_to_the_package():
     start = widget.setup["start"]
     system = {"name": "henon-heiles", "code": {}, "parameters": start["parameters"]}
     widget.answers.receive({"type": "system", "system": system, "scheme": start["scheme"], "accuracy": 1e-10})
-    widget.answers.receive(surface_message(fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0)), 0.1))
+    widget.answers.receive(surface_message(fa.HenonHeiles(), fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), 0.1))
     assert [content["message"]["type"] for content, _ in sent] == ["ready", "surface"]
     assert sent[1][0]["arrays"] == [["allowed", "u1"]]
     assert len(sent[1][1][0]) == 40 * 30

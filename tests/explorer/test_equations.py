@@ -58,9 +58,9 @@ def systems():
         (CURVED, "x y", "px py", {}, {"a": 0.3 * a}, "y=0.05", 0.2, (0.1, 0.2)),
         (TURNING, "x y", "px py", {}, {"w": 0.4 * a}, "x=0", 0.2, (0.1, 0.2)),
     ):
-        model = fa.hamiltonian(text, coordinates=names, momenta=momenta, periods=periods or None, **own)
+        model = fa.hamiltonian(text, coordinates=names, momenta=momenta, periodic=periods or None, **own)
         angles = ", ".join(f"{name}={period}" for name, period in periods.items())
-        given = {"kind": "plane", "formula": text, "coordinates": names, "momenta": momenta, "angles": angles}
+        given = {"kind": "plane", "formula": text, "coordinates": names, "momenta": momenta, "periodic": angles}
         yield given | {"parameters": own}, model, section, energy, point
 
 
@@ -100,7 +100,7 @@ def test_the_page_of_a_frame_that_turns_saves_its_job():
     record, start = setup["systems"][0], {**setup["start"], "crossings": 5, "parameters": {"rotation": 2 * w, "b": b}}
     assert setup["start"]["scheme"] == "GAUSS16"
     text = compute(f"jobText({json.dumps(start)}, {json.dumps(record)}, [])", "saving.js")
-    job = fa.Job.parsed(text.replace("[starts]", "[starts]\norbits = 3"))
+    job = fa.Job.parsed(text.replace("[initial_conditions]", "[initial_conditions]\norbits = 3"))
     assert job.model.build() == fa.hamiltonian("x**2/2 + y**2 + x**2*y/3", rotation=2 * w, magnetic="2*b", b=b)
 
 
@@ -113,14 +113,14 @@ def test_bounds_of_the_surface_and_what_reaches_nothing():
         "formula": DOUBLE,
         "coordinates": "q1 q2",
         "momenta": "p1 p2",
-        "angles": "q1=2*pi, q2=2*pi",
+        "periodic": "q1=2*pi, q2=2*pi",
     }
     code, fast, curved = typed(
         double | {"parameters": {"m": m, "g": g}},
         {"kind": "plane", "formula": FAST, "coordinates": "x y", "momenta": "px py", "parameters": {"b": 1.2}},
         {"kind": "plane", "formula": CURVED, "coordinates": "x y", "momenta": "px py", "parameters": {"a": 0.2}},
     )
-    model = fa.hamiltonian(DOUBLE, coordinates="q1 q2", momenta="p1 p2", periods=TURNS, m=m, g=g)
+    model = fa.hamiltonian(DOUBLE, coordinates="q1 q2", momenta="p1 p2", periodic=TURNS, m=m, g=g)
     first = told(code, model)
     where = {"type": "surface", "section": "q1=c", "constant": 0.0, "direction": 1, "width": 60, "height": 60}
     quick = told(fast, model)
@@ -151,7 +151,7 @@ def test_a_view_through_a_pole_keeps_its_walls():
     """The restricted three-body problem in a turning frame, and -k/r: walls where momenta are 0, views of usual momenta."""
     mass, k = RNG.uniform(0.005, 0.02), RNG.uniform(0.5, 2.0)
     moon = "(px^2 + py^2)/2 - (x*py - y*px) - (1 - m)/sqrt((x + m)^2 + y^2) - m/sqrt((x - 1 + m)^2 + y^2)"
-    given = {"kind": "plane", "coordinates": "x y", "momenta": "px py", "angles": ""}
+    given = {"kind": "plane", "coordinates": "x y", "momenta": "px py", "periodic": ""}
     turning = given | {"formula": moon, "parameters": {"m": mass}}
     still = given | {"formula": "-k/sqrt(x^2 + y^2)", "momenta": "", "parameters": {"k": k}}
     model = fa.hamiltonian("(px**2 + py**2*(1 + x**2))/2 + k*m*x", coordinates="x y", momenta="px py", k=k, m=mass)
@@ -182,17 +182,20 @@ def driven():
     """Driven systems with parameters at random: typed, the model, its starts."""
     a, w, g = RNG.uniform(0.05, 0.2), RNG.uniform(0.9, 1.3), RNG.uniform(0.1, 0.3)
     own, period = {"a": a, "w": w}, "2*pi/w"
-    common = {"kind": "plane", "coordinates": "x", "period": period, "parameters": own}
+    common = {"kind": "plane", "coordinates": "x", "drive_period": period, "parameters": own}
     text, whole = "-cos(x) - a*x*cos(w*t)", "p**2/(2 + a*sin(w*t)**2) + x**4/4 + a*x*p*cos(w*t)"
-    yield common | {"formula": text, "angles": "x=2*pi"}, fa.hamiltonian(text, coordinates="x", period=period, **own)
+    yield (
+        common | {"formula": text, "periodic": "x=2*pi"},
+        fa.hamiltonian(text, coordinates="x", drive_period=period, **own),
+    )
     yield (
         common | {"formula": whole, "momenta": "p"},
-        fa.hamiltonian(whole, coordinates="x", momenta="p", period=period, **own),
+        fa.hamiltonian(whole, coordinates="x", momenta="p", drive_period=period, **own),
     )
     flow = "x' = p; p' = -sin(x) - g*p + a*cos(w*t)"
     timed = "x' = p; t' = 1; p' = -sin(x) - g*p + a*cos(w*t)"
     own = own | {"g": g}
-    yield common | {"kind": "flow", "formula": flow, "parameters": own, "angles": "x=2*pi"}, fa.flow(timed, **own)
+    yield common | {"kind": "ode", "formula": flow, "parameters": own, "periodic": "x=2*pi"}, fa.ode(timed, **own)
 
 
 @needs_node
@@ -222,7 +225,7 @@ def test_driven_systems_as_they_are_typed():
         assert not of(heard, "wrong"), of(heard, "wrong")
         _, points = crossings(heard)
         own = given["parameters"]
-        if given["kind"] == "flow":
+        if given["kind"] == "ode":
             period = 2 * np.pi / own["w"]
             run = fa.integrate(
                 model, [0.4, phase, 0.3], time=count * period, samples=count, scheme=DOP853, rtol=1e-13, atol=1e-13
@@ -233,12 +236,12 @@ def test_driven_systems_as_they_are_typed():
                 model, [0.4, phase, 0.3, 0.0], section=Stroboscopic(phase), crossings=count, accuracy=1e-12
             )
             exact = found.points[[0, 2], :, 0]
-        if given.get("angles"):
+        if given.get("periodic"):
             exact[0] = (exact[0] + np.pi) % (2 * np.pi) - np.pi
         np.testing.assert_allclose(points, exact, rtol=0, atol=1e-9)
         (shown,) = of(heard, "surface")
-        assert shown["periods"] == ([2 * np.pi, 0] if given.get("angles") else [0, 0])
-        assert not given.get("angles") or shown["extent"][:2] == [-np.pi, np.pi]
+        assert shown["periods"] == ([2 * np.pi, 0] if given.get("periodic") else [0, 0])
+        assert not given.get("periodic") or shown["extent"][:2] == [-np.pi, np.pi]
 
 
 @needs_node
@@ -251,9 +254,9 @@ def test_flows_as_they_are_typed():
         ("x' = -y - z\ny' = x + a*y\nz' = b + z*(x - c)", {"a": 0.2, "b": 0.2, "c": c}, "y", 0.0, (4.0, 0.1), -1),
     ]
     tasks = []
-    codes = typed(*({"kind": "flow", "formula": text, "parameters": own} for text, own, *_ in cases))
+    codes = typed(*({"kind": "ode", "formula": text, "parameters": own} for text, own, *_ in cases))
     for code, (text, own, name, constant, point, direction) in zip(codes, cases, strict=True):
-        model = fa.flow(text, **own)
+        model = fa.ode(text, **own)
         for record in (code, model_code(system_of(model))):
             first = {"type": "system", "system": {"parameters": own, "coordinates": ["x", "y", "z"], "momenta": []}}
             first |= {"accuracy": 1e-11, "scheme": scheme_record(GAUSS16), "frame": [0.6, 0.8, 0.1]}
@@ -268,10 +271,10 @@ def test_flows_as_they_are_typed():
     for k, heard in enumerate(explored(tasks)):
         text, own, name, constant, point, direction = cases[k // 2]
         assert not of(heard, "wrong"), of(heard, "wrong")
-        model, row = fa.flow(text, **own), "xyz".index(name)
+        model, row = fa.ode(text, **own), "xyz".index(name)
         kept = [i for i in range(3) if i != row]
         z0 = np.insert(np.array(point), row, constant)
-        section = fa.Linear(tuple(float(i == row) for i in range(3)), constant, direction)
+        section = fa.Hyperplane(tuple(float(i == row) for i in range(3)), constant, direction)
         found = fa.poincare_map(
             model, z0, section=section, crossings=8, max_time=80.0, scheme=DOP853, rtol=1e-13, atol=1e-13
         )
@@ -296,18 +299,18 @@ def test_what_is_no_system_of_rates_is_said():
     cases = [
         ({"kind": "plane", "formula": "p1**2 + q1**2", "coordinates": "q1 q2", "momenta": "p1"}, "momenta must be 2"),
         ({"kind": "plane", "formula": "p1**2 + q1**2", "coordinates": "q1 q2", "momenta": "p1 q1"}, "taken"),
-        ({"kind": "plane", "formula": "cos(x)*t", "coordinates": "x y", "period": "2"}, "coordinates must be 1"),
-        ({"kind": "flow", "formula": "x' = y; y' = -x"}, "3 to 16"),
-        ({"kind": "flow", "formula": "x' = y; y' = -x; z' = cos(t)"}, "period of the drive"),
+        ({"kind": "plane", "formula": "cos(x)*t", "coordinates": "x y", "drive_period": "2"}, "coordinates must be 1"),
+        ({"kind": "ode", "formula": "x' = y; y' = -x"}, "3 to 16"),
+        ({"kind": "ode", "formula": "x' = y; y' = -x; z' = cos(t)"}, "period of the drive"),
         ({"kind": "plane", "formula": "x^4/4 - f*x*cos(w*t)", "coordinates": "x y"}, "period of the drive"),
         ({"kind": "body", "formula": "D1 + t*D2"}, "period of the drive"),
         ({"kind": "plane", "formula": "x^2 + t^2", "coordinates": "x t"}, ""),
-        ({"kind": "flow", "formula": "x = y"}, "equations must be"),
-        ({"kind": "flow", "formula": "x' = y; x' = -x; z' = 1"}, "taken"),
-        ({"kind": "flow", "formula": "x' = sqrt(-1 - x**2); y' = y; z' = z"}, "finite and real"),
+        ({"kind": "ode", "formula": "x = y"}, "equations must be"),
+        ({"kind": "ode", "formula": "x' = y; x' = -x; z' = 1"}, "taken"),
+        ({"kind": "ode", "formula": "x' = sqrt(-1 - x**2); y' = y; z' = z"}, "finite and real"),
         (
-            {"kind": "plane", "formula": "p1*q1+p2*q2", "coordinates": "q1 q2", "momenta": "p1 p2", "angles": "w=2"},
-            "angles must be",
+            {"kind": "plane", "formula": "p1*q1+p2*q2", "coordinates": "q1 q2", "momenta": "p1 p2", "periodic": "w=2"},
+            "periodic must be",
         ),
     ]
     asked = json.dumps([given for given, _ in cases])

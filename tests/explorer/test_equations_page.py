@@ -9,7 +9,7 @@ import fastaff as fa
 from fastaff.explorer.explore import setup_of
 from fastaff.jobs import Job
 
-LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=2.667)
+LORENZ = fa.ode("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=2.667)
 ENERGY = DOUBLE.replace("/(2*m*(", "/(2*(").replace("2*g*", "2*").replace(" g*", " ")
 
 
@@ -28,8 +28,8 @@ def type_in(sheet, **texts):
 def test_a_double_pendulum_is_typed(sheet, here):
     """From V(q) to H(q, p) by typing: section, crossings, address, job; the angles from -pi to pi."""
     sheet.state("system=your-plane&crossings=20")
-    type_in(sheet, formula=ENERGY, coordinates="q1 q2", momenta="p1 p2", angles="q1=2*pi, q2=2*pi")
-    sheet.wait("app.section.surface?.axes.join() === 'q2,p2' && app.pending === null && app.state.angles")
+    type_in(sheet, formula=ENERGY, coordinates="q1 q2", momenta="p1 p2", periodic="q1=2*pi, q2=2*pi")
+    sheet.wait("app.section.surface?.axes.join() === 'q2,p2' && app.pending === null && app.state.periodic")
     sheet.number("E", "-1.5")
     sheet.wait("app.section.surface?.energy === -1.5 && app.pending === null && app.section.surface.extent[0] < -3")
     assert sheet.get("app.state.scheme") == "GAUSS16"
@@ -39,7 +39,7 @@ def test_a_double_pendulum_is_typed(sheet, here):
     sheet.click(0.3, 0.2)
     sheet.done(1)
     (one,) = sheet.orbits()
-    model = fa.hamiltonian(ENERGY, coordinates="q1 q2", momenta="p1 p2", periods=TURNS)
+    model = fa.hamiltonian(ENERGY, coordinates="q1 q2", momenta="p1 p2", periodic=TURNS)
     assert model.energy(*one.z0) == pytest.approx(-1.5, rel=1e-12)
     found = fa.poincare_map(model, one.z0, section="q1=0", crossings=20, max_time=400.0, accuracy=1e-12)
     sure = found.times[:, 0] <= found.accurate_until[0]
@@ -62,11 +62,11 @@ def test_an_answer_leaves_newer_text(sheet):
     """An answer that comes while somebody types, or to an older text, changes no box."""
     sheet.state("system=your-plane&crossings=20")
     answered = """(() => {
-      const box = app.part("coordinates"), { formula, momenta, angles, period } = app.state;
+      const box = app.part("coordinates"), { formula, momenta, periodic, drive_period } = app.state;
       box.value = "u v";
       box.dispatchEvent(new Event("input"));
-      const message = { type: "parsed", formula, kind: "plane", momenta, angles, period, names: ["k"], message: null };
-      const old = ["q1 q2", "x y"].map((coordinates) => ({ ...message, coordinates }));
+      const message = { type: "parsed", formula, kind: "plane", momenta, periodic, drive_period, names: ["k"], message:
+      null }; const old = ["q1 q2", "x y"].map((coordinates) => ({ ...message, coordinates }));
       app.state.section = "none"; // what an answer sets right, and shows the state with it
       old.forEach((data) => app.backend.onmessage({ data }));
       return [box.value, app.state.section];
@@ -78,7 +78,7 @@ def test_an_answer_leaves_newer_text(sheet):
 def test_driven_systems_and_flows_are_typed(sheet):
     """A period makes V(x, t) driven, three equations have a section, and two of them a period."""
     sheet.state("system=your-plane&crossings=30")
-    type_in(sheet, formula="-cos(x) - a*x*cos(w*t)", coordinates="x", angles="x=2*pi", period="2*pi/w")
+    type_in(sheet, formula="-cos(x) - a*x*cos(w*t)", coordinates="x", periodic="x=2*pi", drive_period="2*pi/w")
     sheet.wait("app.root.hasAttribute('data-driven') && app.section.surface?.axes.join() === 'x,p_x'")
     sheet.number("a", "0.05")
     sheet.number("w", "0.8")
@@ -87,7 +87,7 @@ def test_driven_systems_and_flows_are_typed(sheet):
     sheet.click(0.5, 0.3)
     sheet.done(1)
     (one,) = sheet.orbits()
-    model = fa.hamiltonian("-cos(x) - a*x*cos(w*t)", coordinates="x", period="2*pi/w", a=0.05, w=0.8)
+    model = fa.hamiltonian("-cos(x) - a*x*cos(w*t)", coordinates="x", drive_period="2*pi/w", a=0.05, w=0.8)
     exact = fa.poincare_map(model, [one.z0[0], 0.0, one.z0[1], 0.0], section="t=0", crossings=30, accuracy=1e-12)
     np.testing.assert_allclose(one.points[1], exact.points[2, :, 0], atol=1e-8)
     sheet.number("t", "1.25")
@@ -98,8 +98,8 @@ def test_driven_systems_and_flows_are_typed(sheet):
     moved = [later.z0[0], 1.25, later.z0[1], 0.0]
     exact = fa.poincare_map(model, moved, section="t=1.25", crossings=30, accuracy=1e-12)
     np.testing.assert_allclose(later.points[1], exact.points[2, :, 0], atol=1e-8)
-    sheet.state("system=your-flow&crossings=10")
-    assert sheet.get("[app.root.dataset.kind, app.state.section, app.state.constant]") == ["flow", "z=c", 27]
+    sheet.state("system=your-ode&crossings=10")
+    assert sheet.get("[app.root.dataset.kind, app.state.section, app.state.constant]") == ["ode", "z=c", 27]
     assert not sheet.page.locator("[data-number=E]").count()
     sheet.click(3.0, 4.0)
     sheet.done(1)
@@ -109,15 +109,15 @@ def test_driven_systems_and_flows_are_typed(sheet):
     type_in(sheet, formula="x' = p; p' = -sin(x) - g*p + a*cos(t)")
     sheet.wait("!app.part('wrong-formula').hidden")
     assert "3 to 16" in sheet.text("wrong-formula")
-    type_in(sheet, period="2*pi")
+    type_in(sheet, drive_period="2*pi")
     sheet.wait("app.part('wrong-formula').hidden && app.section.surface?.axes.join() === 'x,p'")
-    sheet.wait("location.hash.includes('period=2*pi')")
+    sheet.wait("location.hash.includes('drive_period=2*pi')")
     assert sheet.get("app.state.energy") is None
 
 
 def test_pages_of_models_made_in_python(browser, tmp_path):
     """H(q, p) and a flow are systems of a page, which opens alive; what suits neither is said."""
-    model = fa.hamiltonian(ENERGY, coordinates="q1 q2", momenta="p1 p2", periods=TURNS)
+    model = fa.hamiltonian(ENERGY, coordinates="q1 q2", momenta="p1 p2", periodic=TURNS)
     setup, _ = setup_of(model, energy=-1.0, section="q2=0.2")
     start, own = setup["start"], setup["systems"][0]
     assert (own["kind"], own["code"]["kind"], own["momenta"]) == ("plane", "equations", ["p1", "p2"])
@@ -125,8 +125,8 @@ def test_pages_of_models_made_in_python(browser, tmp_path):
     attracted, _ = setup_of(LORENZ)  # by the section that orbits meet
     assert (attracted["start"]["section"], attracted["systems"][0]["formula"]) == ("z=c", LORENZ.formula)
     assert 15 < attracted["start"]["constant"] < 35
-    swing = fa.hamiltonian("-cos(q)", coordinates="q", periods={"q": "2*pi"})
-    driven = fa.flow(swing, forces={"q": "f*cos(w*t) - g*p_q"}, f=1.2, w=0.7, g=0.1)
+    swing = fa.hamiltonian("-cos(q)", coordinates="q", periodic={"q": "2*pi"})
+    driven = fa.ode(swing, forces={"q": "f*cos(w*t) - g*p_q"}, f=1.2, w=0.7, g=0.1)
     started, _ = setup_of(driven)
     assert (started["start"]["section"], started["start"]["constant"]) == ("sine=c", 0.0)
     assert started["start"]["others"] == {"q": 0.0, "p_q": 0.0, "cosine": 1.0, "sine": 0.0}
@@ -152,7 +152,7 @@ def test_pages_of_models_made_in_python(browser, tmp_path):
         (LORENZ, {"energy": 1.0}, ValueError, "energy"),
         (LORENZ, {"section": "z=27", "fixed": {"w": 1.0}}, ValueError, "w"),
         (wide, {"energy": 1.0}, TypeError, "two degrees of freedom"),
-        (fa.flow("x' = -x; y' = x"), {}, TypeError, "3 variables"),
+        (fa.ode("x' = -x; y' = x"), {}, TypeError, "3 variables"),
     ):
         with pytest.raises(error, match=said):
             fa.explore(body, out=tmp_path / "x.html", **given)

@@ -18,9 +18,9 @@ from fastaff.systems.models.maps import jacobian
 from fastaff.systems.models.mechanics import system_of
 
 RNG = np.random.default_rng(1604)
-CAT = fa.mapping("x1 = a*x + y; y1 = (a*b - 1)*x + b*y", periods={"x": "w", "y": "w"}, a=2.0, b=1.0, w=1.0)
-WALLED = fa.mapping("p1 = p + k*x*(1 - x**2); x1 = x + log(1 + p1)", domain="c - x**2", k=-0.3, c=1.5)
-SWING = fa.mapping("J1 = J + e*T/(2*pi)*sin(2*pi*t/T); t1 = t + J1", periods={"t": "T"}, e=0.9, T=3.5)
+CAT = fa.iterated_map("x1 = a*x + y; y1 = (a*b - 1)*x + b*y", periodic={"x": "w", "y": "w"}, a=2.0, b=1.0, w=1.0)
+WALLED = fa.iterated_map("p1 = p + k*x*(1 - x**2); x1 = x + log(1 + p1)", domain="c - x**2", k=-0.3, c=1.5)
+SWING = fa.iterated_map("J1 = J + e*T/(2*pi)*sin(2*pi*t/T); t1 = t + J1", periodic={"t": "T"}, e=0.9, T=3.5)
 
 
 def drawn_maps():
@@ -166,14 +166,19 @@ def test_readings_are_the_packages():
                 [told(model), plane_of(model, 0, others), launch_message(1, [z0[0], z0[n]], 2400)],
             )
         )
-    for heard, (model, z0, verdict) in zip(explored(tasks), cases, strict=True):
+    for heard, (model, z0, classification) in zip(explored(tasks), cases, strict=True):
         last = of(heard, "reading")[-1]
-        assert (last["status"], last["crossings"], last["time"], last["verdict"]) == ("done", 2400, 2400, verdict)
+        assert (last["status"], last["crossings"], last["time"], last["classification"]) == (
+            "done",
+            2400,
+            2400,
+            classification,
+        )
         chaos = fa.chaos_map(model, z0, time=2400, indicators=(fa.MEGNO(), fa.Lyapunov()))
-        loose = 0.15 if verdict == "chaotic" else 1e-6
+        loose = 0.15 if classification == "chaotic" else 1e-6
         assert last["megno"] == pytest.approx(chaos.megno[0], rel=loose)
         assert last["lyapunov"] == pytest.approx(chaos.lyapunov[0], rel=loose)
-        if verdict == "chaotic":
+        if classification == "chaotic":
             continue
         tunes, lines = fa.frequency_map(model, z0, time=2400), last["frequencies"]
         assert lines["names"] == list(model.coordinates)
@@ -194,7 +199,7 @@ def test_islands_turn_about_their_own_centre():
     """An elliptic fixed point of the standard map turns by arccos(1 - K/2)/2 pi an iterate, one of period 2 by its residue."""
     K = 0.8
     model = StandardMap(K)
-    orbit = fa.periodic_orbits(model, [np.pi, np.pi], period=2)
+    orbit = fa.periodic_orbits(model, [np.pi, np.pi], crossings=2)
     half = np.arcsin(np.sqrt(orbit.residue[0])) / np.pi  # R = sin^2(pi nu): Greene 1979
     starts = [([np.pi + 1e-3, 0.0], 1, np.arccos(1 - K / 2) / (2 * np.pi)), (orbit.z[:, 0] + [1e-3, 0.0], 2, half)]
     tasks = [
@@ -203,7 +208,7 @@ def test_islands_turn_about_their_own_centre():
     for heard, (_, q, turns) in zip(explored(tasks), starts, strict=True):
         rotation = of(heard, "reading")[-1]["rotation"]
         assert rotation["q"] == q
-        assert abs(rotation["inner"]["value"]) == pytest.approx(turns, abs=1e-6)
+        assert abs(rotation["secondary"]["value"]) == pytest.approx(turns, abs=1e-6)
     # Beside another angle: those of two standard maps that are not coupled.
     both = FroeschleMap(K, 0.3, 0.0)
     others = {"x_2": 2.0, "p_2": 0.7}
@@ -212,13 +217,13 @@ def test_islands_turn_about_their_own_centre():
     )
     rotation = of(heard, "reading")[-1]["rotation"]
     assert rotation["q"] == 1
-    assert abs(rotation["inner"]["value"]) == pytest.approx(starts[0][2], abs=1e-6)
+    assert abs(rotation["secondary"]["value"]) == pytest.approx(starts[0][2], abs=1e-6)
     # A chain of a map without angles: 1/5 of Henon's.
     henon, z0 = HenonMap(0.2114), [0.62, 0.0]
     (heard,) = explored([(model_code(system_of(henon)), [told(henon), plane_of(henon), launch_message(1, z0, 3000)])])
     rotation, chain = of(heard, "reading")[-1]["rotation"], fa.islands(fa.poincare_map(henon, z0, crossings=3000))
     assert (rotation["q"], chain.q[0]) == (5, 5)
-    assert abs(rotation["inner"]["value"]) == pytest.approx(abs(chain.inner[0]), abs=1e-6)
+    assert abs(rotation["secondary"]["value"]) == pytest.approx(abs(chain.secondary_rotation[0]), abs=1e-6)
 
 
 @needs_node
@@ -253,7 +258,7 @@ def test_orbits_that_leave_keep_what_is_known():
         assert points.shape == (2, survived)
         beyond = ~np.isfinite(points.astype(float)).all(axis=0)  # what the page's numbers of four bytes do not hold
         assert (np.flatnonzero(beyond) >= survived - 3).all()
-        assert last["verdict"] == "undecided"
+        assert last["classification"] == "undecided"
         assert of(heard, "reading", 2)[-1]["status"] == "done"
         (answer,) = of(heard, "surface")
         u0, u1, v0, v1 = answer["extent"]
@@ -269,7 +274,7 @@ def test_orbits_that_leave_keep_what_is_known():
 def test_whole_planes_hold_what_stays():
     """A page begins with whole periods of angles and turns, or with a frame around orbits that stay."""
     models = [StandardMap(0.9), HenonMap(0.2114), McMillanMap(1.6), OneTurnMap(0.28, 0.31), CAT, SWING]
-    models += [fa.mapping("x1 = x + s*p; p1 = p - x1/s*(1 - x1/(s*s))", s=10.0**k) for k in (-4, 0, 3)]
+    models += [fa.iterated_map("x1 = x + s*p; p1 = p - x1/s*(1 - x1/(s*s))", s=10.0**k) for k in (-4, 0, 3)]
     found = explored([(model_code(system_of(m)), [told(m), plane_of(m)]) for m in models])
     extents = [of(heard, "surface")[0]["extent"] for heard in found]
     np.testing.assert_allclose(extents[0], [-np.pi, np.pi, -np.pi, np.pi])
@@ -331,19 +336,19 @@ def test_what_a_map_does_not_have_is_refused(tmp_path):
 
 
 def test_set_up_of_a_map():
-    model = fa.mapping("p1 = p + K*sin(x); x1 = x + p1", periods={"x": "2*pi"}, K=0.7)
+    model = fa.iterated_map("p1 = p + K*sin(x); x1 = x + p1", periodic={"x": "2*pi"}, K=0.7)
     setup, chosen = setup_of(model, points=[[0.1, 1.0], [0.2, 0.3]])
     assert chosen is model
     own, start = setup["systems"][0], setup["start"]
     assert (own["name"], own["kind"], own["formula"]) == ("own", "map", model.formula)
     assert own["job"]["map"] == model.formula
-    assert own["job"]["angles"] == ["x=2*pi"]
+    assert own["job"]["periodic"] == ["x=2*pi"]
     assert (start["section"], start["parameters"], start["energy"], start["others"]) == ("x,p", {"K": 0.7}, None, {})
     assert start["points"] == [[0.1, 0.2], [1.0, 0.3]]
     named, _ = setup_of(FroeschleMap(K_1=0.4), fixed={"x_2": 0.3})
     assert named["start"]["system"] == "froeschle-map"
     assert named["start"]["others"] == {"x_1": 0.0, "x_2": 0.3, "p_1": 0.0, "p_2": 0.0}
-    bent, _ = setup_of(fa.mapping("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3))
+    bent, _ = setup_of(fa.iterated_map("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3))
     assert "not symplectic" in bent["systems"][0]["formula"]
     assert "not symplectic" not in own["formula"]
 
@@ -396,11 +401,11 @@ def test_the_package_answers_as_the_page_does():
             assert heard[1][name] == of(theirs, "surface")[0][name]
         np.testing.assert_allclose(heard[1]["extent"], of(theirs, "surface")[0]["extent"], rtol=0.05)
         mine, last = heard[-1], of(theirs, "reading")[-1]
-        assert [mine[k] for k in ("status", "crossings", "verdict")] == [
-            last[k] for k in ("status", "crossings", "verdict")
+        assert [mine[k] for k in ("status", "crossings", "classification")] == [
+            last[k] for k in ("status", "crossings", "classification")
         ]
         assert list(heard[2]["point"]) == of(theirs, "launched")[0]["point"]
-        if mine["verdict"] != "regular":
+        if mine["classification"] != "regular":
             continue
         (_, points), (_, others) = crossings(heard), crossings(theirs)
         np.testing.assert_allclose(points, others, atol=1e-9)
@@ -409,7 +414,7 @@ def test_the_package_answers_as_the_page_does():
         assert one["value"] == pytest.approx(other["value"], abs=max(one["error"], other["error"]) + 1e-12)
         assert one.get("q") == other.get("q")
         if "q" in one:
-            assert one["inner"]["value"] == pytest.approx(other["inner"]["value"], abs=1e-9)
+            assert one["secondary"]["value"] == pytest.approx(other["secondary"]["value"], abs=1e-9)
 
 
 def test_the_package_names_what_a_map_lacks():
@@ -456,13 +461,13 @@ def typed_periods(angles):
 
 @needs_node
 def test_typed_maps_are_the_packages():
-    """Statements, pairs of rows, derivatives and periods as the page reads them, against `mapping`."""
+    """Statements, pairs of rows, derivatives and periods as the page reads them, against `iterated_map`."""
     texts = TYPED
-    asked = [{"kind": "map", "formula": text, "angles": angles, "parameters": own} for text, angles, own in texts]
+    asked = [{"kind": "map", "formula": text, "periodic": angles, "parameters": own} for text, angles, own in texts]
     codes = compute(f"{json.dumps(asked)}.map(formulaCode)", "formula_code.js")
     tasks, cases = [], []
     for (text, angles, own), code in zip(texts, codes, strict=True):
-        model = fa.mapping(text, periods=typed_periods(angles), **own)
+        model = fa.iterated_map(text, periodic=typed_periods(angles), **own)
         assert (tuple(code["coordinates"]), tuple(code["momenta"])) == (model.coordinates, model.momenta)
         assert sorted(code["parameters"]) == sorted(own)
         n = model.degrees_of_freedom
@@ -503,14 +508,14 @@ def test_texts_that_are_no_maps_are_refused_by_both():
     ]
     found = compute(
         f"""{json.dumps(texts)}.map((formula) => {{
-          try {{ return formulaCode({{ kind: "map", formula, angles: "" }}).parameters; }} catch (problem) {{ return problem.message; }}
+          try {{ return formulaCode({{ kind: "map", formula, periodic: "" }}).parameters; }} catch (problem) {{ return problem.message; }}
         }})""",
         "formula_code.js",
     )
     refused = 0
     for text, answer in zip(texts, found, strict=True):
         try:
-            fa.mapping(text, **dict.fromkeys(answer if isinstance(answer, list) else (), 1.0))
+            fa.iterated_map(text, **dict.fromkeys(answer if isinstance(answer, list) else (), 1.0))
             said = None
         except ValueError as problem:
             said = str(problem)
@@ -518,8 +523,8 @@ def test_texts_that_are_no_maps_are_refused_by_both():
         refused += said is not None
     assert 12 < refused < len(texts)
     wrong = compute(
-        """["y=1", "x", "x=-1", "x=p"].map((angles) => {
-          try { return formulaCode({ kind: "map", formula: "x1 = p; p1 = -x", angles }).winds; } catch (problem) { return problem.message; }
+        """["y=1", "x", "x=-1", "x=p"].map((periodic) => {
+          try { return formulaCode({ kind: "map", formula: "x1 = p; p1 = -x", periodic }).winds; } catch (problem) { return problem.message; }
         })""",
         "formula_code.js",
     )
@@ -533,13 +538,14 @@ def test_texts_that_are_no_maps_are_refused_by_both():
 
 def test_the_package_takes_typed_maps():
     heard = answered(
-        StandardMap(), [{"type": "parse", "kind": "map", "formula": "p1 = p + K*sin(x); x1 = x + p1", "angles": "x=T"}]
+        StandardMap(),
+        [{"type": "parse", "kind": "map", "formula": "p1 = p + K*sin(x); x1 = x + p1", "periodic": "x=T"}],
     )
     assert (heard[-1]["names"], heard[-1]["message"]) == (["K", "T"], None)
     system = {
         "kind": "map",
         "formula": "p1 = p + K*sin(x); x1 = x + p1",
-        "angles": "x=T",
+        "periodic": "x=T",
         "parameters": {"K": 0.4, "T": 2 * np.pi},
     }
     heard = answered(
@@ -548,5 +554,5 @@ def test_the_package_takes_typed_maps():
     )
     assert heard[-1]["type"] == "surface"
     assert heard[-1]["periods"] == [2 * np.pi, 0.0]
-    heard = answered(StandardMap(), [{"type": "parse", "kind": "map", "formula": "p1 = p +", "angles": ""}])
+    heard = answered(StandardMap(), [{"type": "parse", "kind": "map", "formula": "p1 = p +", "periodic": ""}])
     assert heard[-1]["message"] is not None

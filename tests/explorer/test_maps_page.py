@@ -68,7 +68,7 @@ def test_only_what_a_map_has_is_shown(sheet):
         "energy" in text.lower() for text in sheet.get(shown, ".controls h2, .controls .row, .controls .slider")
     )
     heads = [text.strip() for text in sheet.get(shown, ".table th")]
-    assert heads[:7] == ["Orbit", "Verdict", "Points", "Rotation ν", "Lyapunov λ", "MEGNO", "Status"]
+    assert heads[:7] == ["Orbit", "Classification", "Points", "Rotation ν", "Lyapunov λ", "MEGNO", "Status"]
     sheet.wait("app.table.order.length === 2 && !app.dirty.has('table')")
     rows = [row.split("\t") for row in sheet.page.locator("[data-part=rows] tr[data-orbit]").all_inner_texts()]
     wild, calm = [[cell for cell in row if cell] for row in rows]
@@ -123,7 +123,7 @@ def test_a_map_of_ones_own(sheet, here):
     sheet.wait("!app.part('wrong-formula').hidden")
     assert "name = formula" in sheet.text("wrong-formula")
     sheet.page.locator("[data-part=formula]").fill("k = p + K*sin(w*x); x' = x + k; p' = k")
-    sheet.page.locator("[data-part=angles]").fill("x=2*pi/w")
+    sheet.page.locator("[data-part=periodic]").fill("x=2*pi/w")
     sheet.wait("app.section.surface !== null && app.part('wrong-formula').hidden && 'w' in app.state.parameters")
     sheet.number("w", "2")
     sheet.wait("app.section.surface?.periods[0] < 3.2 && app.pending === null")
@@ -133,7 +133,7 @@ def test_a_map_of_ones_own(sheet, here):
     (one,) = sheet.orbits()
     sheet.wait("location.hash.includes('points=')")
     text = sheet.get("location.hash")
-    model = fa.mapping("k = p + K*sin(w*x); x' = x + k; p' = k", periods={"x": "2*pi/w"}, K=0.9, w=2.0)
+    model = fa.iterated_map("k = p + K*sin(w*x); x' = x + k; p' = k", periodic={"x": "2*pi/w"}, K=0.9, w=2.0)
     away = np.abs(one.points - iterates(model, one.z0, 200))
     assert np.minimum(away, np.pi - away).max() < 1e-9
     files = saved(sheet, "save-job", here, 2)
@@ -143,7 +143,7 @@ def test_a_map_of_ones_own(sheet, here):
     sheet.page.locator("[data-part=formula]").fill("a1 = a + u1; b1 = b + v1; u1 = u + K*sin(w*a); v1 = v + K*sin(w*b)")
     sheet.wait("!app.part('wrong-formula').hidden")
     assert "no value yet" in sheet.text("wrong-formula")
-    sheet.page.locator("[data-part=angles]").fill("")
+    sheet.page.locator("[data-part=periodic]").fill("")
     sheet.page.locator("[data-part=formula]").fill("u1 = u + K*sin(w*a); v1 = v + K*sin(w*b); a1 = a + u1; b1 = b + v1")
     sheet.wait("app.section.surface !== null && app.state.section === 'u,a'")
     assert sheet.page.locator("[data-part=section] option").count() == 2

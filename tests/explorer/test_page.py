@@ -154,7 +154,7 @@ def test_clicks_launch_orbits_that_stream_in(sheet):
     np.testing.assert_allclose([one.point for one in found], starts, atol=2e-3)  # half a pixel of a view of width 1.3
     np.testing.assert_array_equal(z0[1], [one.point[0] for one in found])
     truth = fa.poincare_map(
-        fa.HenonHeiles(), z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=60, max_time=900.0, accuracy=1e-11
+        fa.HenonHeiles(), z0, section=fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), crossings=60, max_time=900.0, accuracy=1e-11
     )
     told = sheet.page.evaluate("() => told")
     for i, one in enumerate(found):
@@ -171,7 +171,11 @@ def test_the_table_says_what_the_worker_reads(sheet):
     rows = [row.split("\t") for row in sheet.page.locator("[data-part=rows] tr[data-orbit]").all_inner_texts()]
     calm, wild = sheet.orbits()
     assert [row[0].strip() for row in rows] == ["2", "1"]  # the newest first
-    assert [row[1] for row in rows] == [wild.reading["verdict"], calm.reading["verdict"]] == ["chaotic", "regular"]
+    assert (
+        [row[1] for row in rows]
+        == [wild.reading["classification"], calm.reading["classification"]]
+        == ["chaotic", "regular"]
+    )
     assert [row[2] for row in rows] == ["400", "400"]
     assert abs(float(rows[1][4].split("(")[0]) - calm.reading["rotation"]["value"]) < 1e-6
     assert rows[0][4] == "–"  # a chaotic orbit has no rotation number
@@ -430,7 +434,7 @@ def test_a_saved_job_runs_and_gives_the_same_crossings(sheet, here):
         np.testing.assert_allclose(np.array([cut["beta"][:, i], cut["p_beta"][:, i]]), one.points, atol=1e-8)
     (path,) = saved(sheet, "save-grid", here)
     job = Job.read(path)
-    assert job.surface.energy == 1.5
+    assert job.energy_surface.energy == 1.5
     assert job.plan().launch.size == 64
 
 
@@ -515,7 +519,7 @@ def test_an_energy_that_is_not_reached_keeps_the_orbits(sheet):
     assert sheet.page.locator("[data-number=E]").input_value() == "1.5"
 
 
-def test_colours_say_verdicts_numbers_or_orbits(sheet):
+def test_colours_say_classifications_numbers_or_orbits(sheet):
     sheet.state("system=henon-heiles&crossings=300&energy=0.125&points=0.3:0.0,0.35:0.0,-0.1:0.1,0.0:0.4")
     sheet.done(4)
 
@@ -524,12 +528,14 @@ def test_colours_say_verdicts_numbers_or_orbits(sheet):
         sheet.wait("!app.paintStale")
         return sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)")
 
-    found, verdicts = paints("verdict"), [one.reading["verdict"] for one in sheet.orbits()]
-    assert {"regular", "chaotic"} <= set(verdicts)
-    assert [paint == "sea" for paint in found] == [verdict == "chaotic" for verdict in verdicts]
-    regular = [one for one in sheet.orbits() if one.reading["verdict"] == "regular"]
+    found, classifications = paints("classification"), [one.reading["classification"] for one in sheet.orbits()]
+    assert {"regular", "chaotic"} <= set(classifications)
+    assert [paint == "sea" for paint in found] == [classification == "chaotic" for classification in classifications]
+    regular = [one for one in sheet.orbits() if one.reading["classification"] == "regular"]
     values = [one.reading["rotation"]["value"] for one in regular]
-    shades = [paint for paint, verdict in zip(found, verdicts, strict=True) if verdict == "regular"]
+    shades = [
+        paint for paint, classification in zip(found, classifications, strict=True) if classification == "regular"
+    ]
     assert shades[int(np.argmin(values))] == 0
     assert shades[int(np.argmax(values))] == 48
     assert sheet.text("scale").startswith("ν ")
@@ -538,7 +544,7 @@ def test_colours_say_verdicts_numbers_or_orbits(sheet):
     megno = np.array([one.reading["megno"] for one in sheet.orbits()])
     share = np.clip((np.log2(megno) - np.log2(1.5)) / (4 - np.log2(1.5)), 0.0, 1.0)
     np.testing.assert_allclose(paints("megno"), 48 * share, atol=0.51)
-    paints("verdict")
+    paints("classification")
 
 
 @pytest.mark.parametrize("energy", [0.05, 0.125, 1 / 6 - 1e-3])

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
+from fastaff import Classification
 from fastaff.engine.jit import JIT_DISABLED
-from fastaff.frequencies import FrequencyKind
 
 sys.path.append(str(Path(__file__).parents[2] / "bench"))
 from coupled_maps import CALLS, CELLS, from_whole, map_results
@@ -20,7 +20,7 @@ SEEN = 0.3
 def held(results):
     """Assert that results are true where they are decided; return the kinds of all orbits."""
     kind, ratio, wrong = (np.concatenate([getattr(j, name) for j in results]) for name in ("kind", "ratio", "wrong"))
-    own = kind == FrequencyKind.INDEPENDENT
+    own = kind == Classification.REGULAR
     assert (ratio[own] <= 1).mean() >= 0.99
     assert (ratio[own] <= 10).all()
     assert wrong.mean() <= 0.01
@@ -35,7 +35,7 @@ def test_tunes_of_coupled_maps_next_to_resonances(turns):
         for cell in CELLS:
             kind = held([j for j in results if (j.call, j.case.cell) == (call, cell)])
             if cell != "1:1" and turns > 500 and not JIT_DISABLED:
-                assert (kind == FrequencyKind.INDEPENDENT).mean() > 1 - SEEN
+                assert (kind == Classification.REGULAR).mean() > 1 - SEEN
 
 
 def seen_at(angle, w, rng):
@@ -70,9 +70,9 @@ def test_tunes_of_bent_loops_next_to_resonances(q, p, turns):
     nu = nu[:, (from_whole(2 * nu) > 0.02 + 6 / turns).all(axis=0)][:, :count]
     size = 10 ** rng.uniform(-1.5, 1.5, (2, nu.shape[1]))
     found = fa.tunes(seen_at(rng.uniform(0, np.pi, nu.shape[1]), loops(rng, nu, size, turns, 0.3), rng))
-    own = found.kind == FrequencyKind.INDEPENDENT
-    assert not (found.kind == FrequencyKind.DEPENDENT).any()
-    assert not (found.kind == FrequencyKind.IRREGULAR).any()
+    own = found.classification == Classification.REGULAR
+    assert not (found.classification == Classification.RESONANT).any()
+    assert not (found.classification == Classification.IRREGULAR).any()
     k = np.array([(i, j) for i in range(-4, 5) for j in range(-4, 5)])
     ratio = (from_whole(found.nu[:, None] - k @ nu) / (found.error + 3e-15)[:, None]).min(axis=1).max(axis=0)
     assert (ratio[own] <= 1).mean() >= 0.98
@@ -88,7 +88,7 @@ def test_two_modes_at_a_resonance_have_both_tunes_and_the_relation(q, p):
     turns, part = 2000, rng.uniform(0.03, 0.45 / q, 12)
     nu, size = np.array([p * part, q * part]), np.array([np.ones(12), 10 ** rng.uniform(-3, 0, 12)])
     found = fa.tunes(seen_at(rng.uniform(0.2, 1.3, 12), loops(rng, nu, size, turns), rng))
-    assert (found.kind == FrequencyKind.DEPENDENT).all()
+    assert (found.classification == Classification.RESONANT).all()
     np.testing.assert_allclose(np.sort(found.nu, axis=0), nu, atol=1e-11)
     related = fa.resonances(found, max_order=6)
     assert (np.sort(np.abs(related.basis[0, :2]), axis=0) == [[p], [q]]).all()
@@ -118,11 +118,11 @@ def test_a_rank_of_n_is_never_dependent():
             else rng.uniform(-3, 3, (2 * n, count))
         )
         found = fa.frequency_map(model, z0, time=2000)
-        assert (found.rank[found.kind == FrequencyKind.DEPENDENT] < n).all()
-        assert (found.rank[found.kind == FrequencyKind.INDEPENDENT] == n).all()
+        assert (found.rank[found.classification == Classification.RESONANT] < n).all()
+        assert (found.rank[found.classification == Classification.REGULAR] == n).all()
         assert (np.linalg.matrix_rank(found.basis.transpose(2, 0, 1)) == found.rank).all()
     island = fa.frequency_map(standard, [np.pi, 0.05], time=2000)
-    assert (island.kind[0], island.rank[0]) == (FrequencyKind.DEPENDENT, 0)
+    assert (island.classification[0], island.rank[0]) == (Classification.RESONANT, 0)
 
 
 def test_tunes_of_signals_of_any_size():
@@ -140,11 +140,11 @@ def test_tunes_of_signals_of_any_size():
                 np.testing.assert_array_equal(found.nu, usual.nu)
                 np.testing.assert_array_equal(found.error, usual.error)
             np.testing.assert_allclose(found.nu, usual.nu, rtol=1e-11)
-            assert (found.kind == FrequencyKind.INDEPENDENT).all()
-    turn = fa.mapping("x1 = c*x + s*p; p1 = c*p - s*x", c=np.cos(1.7), s=np.sin(1.7))
+            assert (found.classification == Classification.REGULAR).all()
+    turn = fa.iterated_map("x1 = c*x + s*p; p1 = c*p - s*x", c=np.cos(1.7), s=np.sin(1.7))
     starts = np.array([10.0 ** np.array([-150, -90, -1, 0, 90, 150]), np.zeros(6)])
     found = fa.frequency_map(turn, starts, time=300)
     assert (from_whole(found.nu - 1.7 / (2 * np.pi)) <= found.error).all()
     still = fa.tunes(np.ones((2, 100)))
     assert still.summary().endswith("1 without a tune")
-    assert still.kind[0] == FrequencyKind.UNDECIDED
+    assert still.classification[0] == Classification.UNDECIDED

@@ -30,7 +30,6 @@ from fastaff import (
     frequency_map,
     integrate,
 )
-from fastaff.frequencies import FrequencyKind
 from fastaff.systems.charts import from_matrix
 from fastaff.systems.models.angles import AlphaBeta
 from fastaff.systems.models.double_pendulum import DoublePendulum
@@ -161,7 +160,9 @@ def test_errors_cover_beside_resonances(text, time, size):
     z0 = rng.normal(0, size, (4, 150))
     brief, truth = (frequency_map(model, z0, time=t) for t in (time, 8 * time))
     same = np.abs(brief.nu - truth.nu).max(axis=0) < 0.01  # generators: others of the same lattice are as good
-    own = same & (brief.kind == FrequencyKind.INDEPENDENT) & (truth.kind == FrequencyKind.INDEPENDENT)
+    own = (
+        same & (brief.classification == fa.Classification.REGULAR) & (truth.classification == fa.Classification.REGULAR)
+    )
     ratio = (np.abs(brief.nu - truth.nu) / (brief.error + truth.error))[:, own].max(axis=0)
     assert own.sum() >= 50
     assert (ratio <= 1).mean() >= 0.95, np.sort(ratio)[-5:]
@@ -174,26 +175,26 @@ def test_what_may_be_a_resonance_is_not_independent():
     axes = np.linspace(0.05, 1.3, 20), np.linspace(-1.5, 1.5, 20)
     z0 = fa.energy_grid(body, energy=0.8, p_eta=0.5, p_gamma=0.1, section=fa.AlphaTurning(+1), axes=axes).z0[:, 38]
     brief, truth = (frequency_map(body, z0, time=time) for time in (400.0, 8000.0))
-    assert truth.kind[0] == FrequencyKind.INDEPENDENT
+    assert truth.classification[0] == fa.Classification.REGULAR
     middle, nu = 5 * truth.nu[1, 0], truth.nu[:, 0].copy()
     slow = abs(nu[0] - middle)
     assert 1 < 400 * slow < 2
     nu[0] = middle + slow * np.sign(brief.nu[0, 0] - middle)  # the lines on either side are as good
     assert (np.abs(brief.nu[:, 0] - nu) <= brief.error[:, 0]).all()
-    assert brief.kind[0] == FrequencyKind.UNDECIDED
+    assert brief.classification[0] == fa.Classification.UNDECIDED
 
 
 def test_a_slow_libration_is_not_known_before_its_period():
     """An orbit of the double pendulum in the island 3 : 7, which librates once in 1750."""
     z0 = np.array([[-0.44111148208465956], [-0.35992830199603076], [0.32039244961889324], [0.005067819275357155]])
     brief, truth = (frequency_map(DoublePendulum(), z0, time=time) for time in (504.8, 10096.0))
-    assert truth.kind[0] == FrequencyKind.INDEPENDENT
+    assert truth.classification[0] == fa.Classification.REGULAR
     assert abs(truth.nu[0, 0] - 7 * truth.nu[1, 0]) == pytest.approx(1 / 1750, rel=0.05)
     k = np.array([(i, j) for i in range(-3, 4) for j in range(-3, 4) if 0 < abs(i) + abs(j) <= 3])
     off = np.abs(brief.nu - (k @ truth.nu).T).min(axis=1)
     assert (off <= brief.error[:, 0]).all()
     assert brief.error.min() > 1 / 1750
-    assert brief.kind[0] == FrequencyKind.UNDECIDED
+    assert brief.classification[0] == fa.Classification.UNDECIDED
 
 
 @pytest.mark.parametrize("body", SEPARABLE_AB + SEPARABLE_RV, ids=label)
@@ -336,7 +337,7 @@ def test_diffusion_is_the_change_of_the_frequencies_between_the_halves():
 def test_other_angles_may_be_chosen():
     """The averages over time of the planes' angles are the same frequencies, found with more effort."""
     z0 = moving(BODY, 5, 8)
-    f = frequency_map(BODY, z0, time=3000.0, angles=AlphaBeta(), step=0.1)
+    f = frequency_map(BODY, z0, time=3000.0, signals=AlphaBeta(), step=0.1)
     truth = frequencies(BODY, z0)
     assert f.names == ("alpha", "beta", "phi", "psi")
     np.testing.assert_allclose(f.nu_eta, truth[2], rtol=0, atol=1e-6)

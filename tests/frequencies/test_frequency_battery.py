@@ -10,7 +10,7 @@ import shared_systems
 from scipy.special import ellipkm1
 
 import fastaff as fa
-from fastaff.frequencies import FrequencyKind
+from fastaff import Classification
 
 
 def misses(nu, error, true, reach=4):
@@ -52,11 +52,11 @@ def test_weak_lines_are_frequencies(n, time):
         ratio = 10 ** rng.uniform(-8, -1, 10)
         model, z0, true = turned(n, rng, ratio)
         f = fa.frequency_map(model, z0, time=time)
-        own = f.kind == FrequencyKind.INDEPENDENT
+        own = f.classification == Classification.REGULAR
         assert (misses(f.nu[:, own], f.error[:, own], true[:, own]) <= 1).all()
         assert (f.error[:, own] * time < 0.1).all()
         assert (fa.resonances(f).rank[own] == 0).all()
-        dependent += np.sum(f.kind == FrequencyKind.DEPENDENT)
+        dependent += np.sum(f.classification == Classification.RESONANT)
         found += own.sum()
     assert dependent == 0
     assert found >= 32
@@ -69,7 +69,7 @@ def test_two_modes_of_a_turned_oscillator():
     for time in (1000.0, 10000.0):
         f = fa.frequency_map(turned, np.sqrt(0.5) * np.array([1 + weak, 1 - weak, 0.0, 0.0]), time=time)
         np.testing.assert_allclose(f.omega[:, 0], [1.0, g], atol=1e-11)
-        assert f.kind[0] == FrequencyKind.INDEPENDENT
+        assert f.classification[0] == Classification.REGULAR
         assert fa.resonances(f).label(0) == "no resonance up to order 8"
 
 
@@ -80,16 +80,16 @@ def test_what_has_one_frequency_stays_dependent():
     z0 = rng.standard_normal((4, 12))
     for w in ((1.3, 1.3), (1.3, 2.6)):
         f = fa.frequency_map(shared_systems.springs((axes * np.square(w)) @ axes.T, (1.0, 1.0)), z0, time=700.0)
-        assert (f.kind == FrequencyKind.DEPENDENT).all()
+        assert (f.classification == Classification.RESONANT).all()
         assert (f.rank == 1).all()
     model, single, _ = turned(2, rng, np.zeros(6))
-    assert (fa.frequency_map(model, single, time=700.0).kind == FrequencyKind.DEPENDENT).all()
+    assert (fa.frequency_map(model, single, time=700.0).classification == Classification.RESONANT).all()
     kepler = fa.hamiltonian("-1/sqrt(x**2 + y**2)")
     far, turn = rng.uniform(1.05, 1.5, 12), rng.uniform(0, 2 * np.pi, 12)
     speed = np.sqrt(2 / far - 1)
     z0 = np.array([far * np.cos(turn), far * np.sin(turn), -speed * np.sin(turn), speed * np.cos(turn)])
     f = fa.frequency_map(kepler, z0, time=1000.0)
-    assert (f.kind != FrequencyKind.INDEPENDENT).all()
+    assert (f.classification != Classification.REGULAR).all()
     assert (f.rank == 1).all()
 
 
@@ -106,9 +106,9 @@ def test_nearly_circular_orbits_have_two_frequencies(time):
     cos, sin = np.cos(turn), np.sin(turn)
     z0 = np.array([r * cos, r * sin, along * cos - across * sin, along * sin + across * cos])
     f = fa.frequency_map(halo, z0, time=time)
-    own = f.kind == FrequencyKind.INDEPENDENT
+    own = f.classification == Classification.REGULAR
     assert (misses(f.nu[:, own], f.error[:, own] + 1e-11, true[:, own]) <= 1).all()
-    assert not (f.kind == FrequencyKind.DEPENDENT).any()
+    assert not (f.classification == Classification.RESONANT).any()
     assert own.sum() >= 30
 
 
@@ -116,7 +116,7 @@ def rotors(e=0.0):
     """Pendulums of several equal wells a turn; e couples them."""
     periods = {"x": "2*pi", "y": "2*pi"}
     text = "u*(1 - cos(k*x)) + v*(1 - cos(l*y)) + e*cos(x - y)"
-    return lambda **given: fa.hamiltonian(text, coordinates="x y", periods=periods, e=e, **given)
+    return lambda **given: fa.hamiltonian(text, coordinates="x y", periodic=periods, e=e, **given)
 
 
 def pendulum(e):
@@ -137,11 +137,11 @@ def test_mean_rates_of_angles_are_frequencies(folds):
     scales = (w / k).ravel() ** 2
     f = fa.frequency_map(rotors()(u=scales[0], v=scales[1], k=folds[0], l=folds[1]), z0, time=1500.0)
     true = w * pendulum(e) / (2 * np.pi) / np.where(e > 2, k, 1.0)
-    own = f.kind == FrequencyKind.INDEPENDENT
+    own = f.classification == Classification.REGULAR
     assert own.sum() >= 18
     assert (np.abs(f.nu - true) <= f.error + 1e-13)[:, own].all()
     assert (f.error[:, own] < 1e-3).all()
-    harmonics = np.abs(np.einsum("ijo,jo->io", f.basis, f.nu) - f.leading)
+    harmonics = np.abs(np.einsum("ijo,jo->io", f.basis, f.nu) - f.dominant)
     assert (harmonics <= 1e-3)[:, own].all()
 
 
@@ -158,17 +158,17 @@ def test_mean_rates_of_coupled_angles_are_frequencies():
     mean = np.abs(steps.sum(axis=0)) / (2 * np.pi * 0.25)
     # Angles trapped in the resonance 1 : 1 turn together: the second frequency is that of their libration.
     free = np.minimum(*(np.ptp(q[:, 0] + sign * q[:, 1], axis=0) for sign in (1, -1))) > 2 * np.pi
-    own = (f.kind == FrequencyKind.INDEPENDENT) & free
+    own = (f.classification == Classification.REGULAR) & free
     assert own.sum() >= 10
     np.testing.assert_allclose(f.nu[:, own], mean[:, own], atol=1e-8)
 
 
 def test_the_angles_of_two_rotors():
-    model = fa.hamiltonian("-cos(2*x)/2 + 0.1*cos(2*y)", coordinates="x y", periods={"x": "2*pi", "y": "2*pi"})
+    model = fa.hamiltonian("-cos(2*x)/2 + 0.1*cos(2*y)", coordinates="x y", periodic={"x": "2*pi", "y": "2*pi"})
     for signs in itertools.product((1, -1), repeat=2):
         f = fa.frequency_map(model, [0.0, 0.0, 2.3 * signs[0], 1.7 * signs[1]], time=3000.0)
         np.testing.assert_allclose(f.nu[:, 0], [0.32622061, 0.27954877], atol=1e-8)
-        assert f.kind[0] == FrequencyKind.INDEPENDENT
+        assert f.classification[0] == Classification.REGULAR
         np.testing.assert_array_equal(f.basis[:, :, 0], [[2, 0], [0, 2]])
 
 
@@ -177,7 +177,7 @@ def test_polar_orbits_go_round_a_black_hole():
     """a = 0.9, p = 10, e = 0.5 of KerrGeodesics #49: theta turns, the node is dragged."""
     start = [20.0, np.pi / 2, 0.0, 0.0, np.sqrt(14.65853302909102), 0.0]
     f = fa.frequency_map(fa.models.KerrGeodesic(0.9), start, time=1e5)
-    assert f.kind[0] == FrequencyKind.INDEPENDENT
+    assert f.classification[0] == Classification.REGULAR
     assert abs(f.nu[1, 0] - 0.0036247247) < 1e-10
 
 
@@ -187,7 +187,7 @@ def test_orbits_next_to_separatrices():
     w = np.array([[1.0], [0.7320508]])
     z0 = np.concatenate([np.zeros((2, 30)), w * np.sqrt(2 * e) * rng.choice([-1, 1], (2, 30))])
     f = fa.frequency_map(rotors()(u=1.0, v=float(w[1, 0]) ** 2, k=1.0, l=1.0), z0, time=5000.0)
-    own = f.kind == FrequencyKind.INDEPENDENT
+    own = f.classification == Classification.REGULAR
     ratio = misses(f.nu[:, own], f.error[:, own], (w * pendulum(e) / (2 * np.pi))[:, own])
     assert own.sum() >= 20
     assert (ratio <= 1).mean() >= 0.95
@@ -200,8 +200,8 @@ def test_errors_of_short_runs_of_dense_spectra_cover(time):
     model = fa.HenonHeiles()
     z0 = fa.energy_sample(model, energy=0.1, section="x=0", orbits=60, seed=5).z0
     f, long = fa.frequency_map(model, z0, time=time), fa.frequency_map(model, z0, time=9000.0)
-    sure = (long.kind == FrequencyKind.INDEPENDENT) & (long.error.max(axis=0) < 1e-6)
-    own = sure & (f.kind == FrequencyKind.INDEPENDENT)
+    sure = (long.classification == Classification.REGULAR) & (long.error.max(axis=0) < 1e-6)
+    own = sure & (f.classification == Classification.REGULAR)
     assert own.sum() >= 30
     ratio = misses(f.nu[:, own], f.error[:, own], long.nu[:, own])
     assert (ratio <= 1).mean() >= 0.95

@@ -6,7 +6,7 @@ from scipy.linalg import eigvals
 
 from fastaff import Body, HenonHeiles, NeoHookean, hamiltonian
 from fastaff.frequencies import fundamental
-from fastaff.frequencies.frequency_map import FrequencyWork, checked_angles
+from fastaff.frequencies.frequency_map import FrequencyWork, checked_signals
 from fastaff.frequencies.fundamental import Loops, tables_of
 from fastaff.frequencies.inverted_lines import inverted
 from fastaff.frequencies.kernels import dual_loops, harmonic_inversion, loop_lines, spectrum_lines
@@ -33,7 +33,7 @@ def test_runs_write_the_signals_of_their_states(body):
         z0[0] += 1.5
     flow, z0, *_ = plan(body, z0, Options(None, 0.11, None, 1e-12, 1e-12, None, 2, None), time=9.0)
     counts = rng.choice([7, 24, 41, 64], 41)
-    work = FrequencyWork(flow, checked_angles(None, body), z0, 9.0, None, None, None)
+    work = FrequencyWork(flow, checked_signals(None, body), z0, 9.0, None, None, None)
     found, run = work._sampled(work.flow, np.arange(41), 9.0, counts, ReusableBuffer())
     assert (run.status == 0).all()
     for orbit in range(41):
@@ -315,8 +315,7 @@ def test_weak_modes_of_a_chain_are_frequencies():
     """A mode whose share in every coordinate is a thousandth is no harmonic of others, where no combination of both is
     near a multiple of the sampling rate.
     """
-    from fastaff import frequency_map
-    from fastaff.frequencies.frequencies import FrequencyKind
+    from fastaff import Classification, frequency_map
 
     model = hamiltonian("(x**2 + 2.3*y**2)/2 + 0.9*x*y", coordinates="x y")
     K = np.array([[1.0, 0.9], [0.9, 2.3]])
@@ -324,4 +323,4 @@ def test_weak_modes_of_a_chain_are_frequencies():
     q = modes @ np.array([1.0, 3e-3])
     f = frequency_map(model, [*q, 0.0, 0.0], time=2000.0)
     np.testing.assert_allclose(np.sort(f.nu[:, 0]), np.sqrt(w2) / (2 * np.pi), rtol=0, atol=1e-11)
-    assert f.kind[0] == FrequencyKind.INDEPENDENT
+    assert f.classification[0] == Classification.REGULAR

@@ -31,9 +31,7 @@ from fastaff import (
     resonances,
     rotation_number,
 )
-from fastaff.chaos import Character
 from fastaff.engine.plane_loops import angle_of
-from fastaff.frequencies.frequencies import FrequencyKind
 
 
 def chain(n, seed):
@@ -54,15 +52,15 @@ def test_all_frequencies_of_a_linear_chain(n):
     assert (error.max(axis=0) < 1e-11).mean() >= 0.99
     assert (error <= f.error).mean() >= 0.99
     assert (f.rank == n).mean() >= 0.99
-    assert (f.kind == FrequencyKind.INDEPENDENT).mean() >= 0.99
+    assert (f.classification == fa.Classification.REGULAR).mean() >= 0.99
     # one coordinate, one mode: the same for all orbits, whatever their amplitudes
     whole = f.nu[:, f.rank == n]
     np.testing.assert_allclose(whole, np.repeat(whole[:, :1], whole.shape[1], axis=1), atol=1e-11)
-    # the leading line of each coordinate is what the integers say
+    # the dominant line of each coordinate is what the integers say
     known = (f.basis != 0).any(axis=1)
     through = np.einsum("ijo,jo->io", f.basis, f.nu)
     assert known.all()
-    np.testing.assert_allclose(through[known], f.leading[known], atol=1e-7)
+    np.testing.assert_allclose(through[known], f.dominant[known], atol=1e-7)
     if n <= 4:
         assert (resonances(f).rank == 0).mean() >= 0.99
 
@@ -78,10 +76,10 @@ def test_resonant_orbits_say_that_their_basis_is_another():
         model = hamiltonian(spring, w=rng.uniform(1.95, 2.05), e=rng.uniform(0.03, 0.4))
         f = frequency_map(model, rng.uniform(-0.3, 0.3, (4, 20)), time=600.0)
         through = np.einsum("ijo,jo->io", f.basis, f.nu)
-        slack = f.leading_error + np.einsum("ijo,jo->io", np.abs(f.basis), np.where(np.isfinite(f.error), f.error, 0))
+        slack = f.dominant_error + np.einsum("ijo,jo->io", np.abs(f.basis), np.where(np.isfinite(f.error), f.error, 0))
         known = f.basis.any(axis=1) & f.regular
-        assert (np.abs(through - f.leading) <= slack)[known].all()
-        off = (known & (np.abs(f.nu - f.leading) > f.error + f.leading_error)).any(axis=0)
+        assert (np.abs(through - f.dominant) <= slack)[known].all()
+        off = (known & (np.abs(f.nu - f.dominant) > f.error + f.dominant_error)).any(axis=0)
         assert not (off & ~f.other_basis).any()
         assert f"{f.other_basis.sum()} by another basis" in f.summary() or not f.other_basis.any()
         seen += off.sum()
@@ -129,7 +127,12 @@ def test_steps_are_halved_where_the_trial_was_too_hopeful():
     z0 = np.random.default_rng(2).uniform(-0.6, 0.6, (4, 90))
     f = frequency_map(model, z0, time=400.0, accuracy=1e-9)
     fine = frequency_map(model, z0, time=400.0, step=0.01)
-    both = f.regular & fine.regular & (f.kind == FrequencyKind.INDEPENDENT) & (fine.kind == FrequencyKind.INDEPENDENT)
+    both = (
+        f.regular
+        & fine.regular
+        & (f.classification == fa.Classification.REGULAR)
+        & (fine.classification == fa.Classification.REGULAR)
+    )
     assert both.sum() > 10
     assert (np.abs(f.nu - fine.nu) <= f.error + fine.error)[:, both].mean() >= 0.99
 
@@ -157,7 +160,7 @@ def test_a_mode_at_rest_and_a_free_one_are_said():
     f = frequency_map(model, single, time=600.0)
     np.testing.assert_allclose(f.nu[:, 0], np.sqrt(omega2[1]) / (2 * np.pi), atol=1e-11)
     assert f.rank[0] == 1
-    assert f.kind[0] == FrequencyKind.DEPENDENT
+    assert f.classification[0] == fa.Classification.RESONANT
     chain = np.array([[1, -1, 0], [-1, 1.8, -0.8], [0, -0.8, 0.8]])
     free = frequency_map(
         shared_systems.springs(2 * chain, (2.0, 2.0, 2.0)), [0.3, -0.5, 1.1, 1.8, 0.4, -0.2], time=900.0
@@ -229,7 +232,7 @@ def test_a_window_of_one_period_does_not_converge_by_chance():
     z0 = states(body, 30, 8)
     f = frequency_map(body, z0, time=2 * np.pi, step=0.05)
     assert (np.abs(f.nu[:2] - frequencies(body, z0)[:2]) <= f.error[:2]).all()
-    assert (f.kind == FrequencyKind.UNDECIDED).all()
+    assert (f.classification == fa.Classification.UNDECIDED).all()
 
 
 def curves(orbits, crossings, seed):
@@ -295,7 +298,7 @@ def unimodular(nu, other, reach=4):
 def test_regular_orbits_have_the_lattice_of_their_torus():
     z0 = bound(1 / 30, 4, 2)
     f = frequency_map(HenonHeiles(), z0, time=4000.0)
-    assert (f.kind == FrequencyKind.INDEPENDENT).all()
+    assert (f.classification == fa.Classification.REGULAR).all()
     assert (resonances(f).rank == 0).all()
     checked = 0
     for i in range(4):
@@ -312,8 +315,8 @@ def test_diffusion_agrees_with_tangent_vectors(energy, orbits):
     """Of those that all three decide, in 950 natural periods."""
     z0 = bound(energy, orbits, 6)
     found = chaos_map(HenonHeiles(), z0, time=6000.0, indicators=(SALI(), MEGNO(), FrequencyDiffusion()))
-    sali, megno, diffusion = found.verdicts
-    told = (found.verdicts != Character.UNDECIDED).all(axis=0) & (sali == megno)
+    sali, megno, diffusion = found.classifications
+    told = (found.classifications != fa.Classification.UNDECIDED).all(axis=0) & (sali == megno)
     assert told.mean() > 0.3
     assert (diffusion == sali)[told].mean() >= 0.97  # a tenth of the 40 weakly chaotic orbits sticks to islands
 
@@ -327,7 +330,7 @@ def test_units_origin_and_zero_of_energy():
         model = hamiltonian("a*(x**2 + y**2)/2 + b*(x**2*y - y**3/3) + c", a=a, b=b, c=1e3 * a * length**2)
         scaled = z0 * np.repeat([length, length / duration], 2)[:, None]
         other = frequency_map(model, scaled, time=1500.0 * duration, step=0.1 * duration)
-        np.testing.assert_array_equal(other.kind, f.kind)
+        np.testing.assert_array_equal(other.classification, f.classification)
         sound = f.error < 1e-9
         np.testing.assert_allclose((other.nu * duration)[sound], f.nu[sound], atol=1e-10)
 
@@ -354,15 +357,15 @@ def test_lines_too_close_to_tell_are_undecided_and_their_errors_know():
         for model, exact in ((turning, [1.7 - split, 1.7 + split]), (coupled, np.sqrt([1 - split, 1 + split]))):
             found = fa.frequency_map(model, z, time=time)
             off = np.abs(found.nu[:, None] - np.array(exact)[:, None] / (2 * np.pi)).min(axis=1)
-            assert (found.kind == FrequencyKind.IRREGULAR).sum() <= 1  # where the beat goes through zero
+            assert (found.classification == fa.Classification.IRREGULAR).sum() <= 1  # where the beat goes through zero
             assert np.all(off <= 10 * found.error)
             assert (off <= found.error).mean() > 0.9
-            assert np.all(found.error[:, found.kind == FrequencyKind.UNDECIDED].max(axis=0) * time >= 1)
+            assert np.all(found.error[:, found.classification == fa.Classification.UNDECIDED].max(axis=0) * time >= 1)
     apart = fa.frequency_map(shared_systems.oscillators(b=(1 + 1e-5) ** 2), z, time=1000.0)
     assert (
         np.abs(apart.omega - [[1.0], [1 + 1e-5]]).max() < 1e-11
     )  # which do not know of one another: it can't be known
-    assert np.all(apart.kind == FrequencyKind.UNDECIDED)
+    assert np.all(apart.classification == fa.Classification.UNDECIDED)
     assert np.all(apart.error * 1000 >= 1)
 
 
@@ -378,6 +381,6 @@ def test_orbits_of_integrable_systems_are_hardly_ever_irregular_in_short_times()
         for model, rate in ((toda, 0.3 * b**0.5), (garnier, 0.2 * min(a, b) ** 0.5), (quartic, 0.2)):
             found = fa.frequency_map(model, 0.8 * rng.normal(size=(4, 200)), time=turns / rate)
             orbits += np.sum(found.status == fa.Status.OK)
-            wrong += np.sum(found.kind == FrequencyKind.IRREGULAR)
+            wrong += np.sum(found.classification == fa.Classification.IRREGULAR)
     assert orbits == 1800
     assert wrong <= 2, wrong

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import eig
 
 import fastaff as fa
-from fastaff.frequencies import FrequencyKind
+from fastaff import Classification
 from fastaff.frequencies.fundamental import Loops, run
 from fastaff.frequencies.inverted_lines import inverted
 from fastaff.frequencies.kernels import harmonic_inversion as kernels
@@ -130,7 +130,7 @@ def test_frequencies_of_few_turns(time):
     z0 = fa.energy_sample(fa.HenonHeiles(), energy=0.1, section="x=0", orbits=60, seed=5).z0
     truth = fa.frequency_map(fa.HenonHeiles(), z0, time=7000.0)
     brief = fa.frequency_map(fa.HenonHeiles(), z0, time=time)
-    told = (truth.kind == FrequencyKind.INDEPENDENT) & (brief.kind == FrequencyKind.INDEPENDENT)
+    told = (truth.classification == Classification.REGULAR) & (brief.classification == Classification.REGULAR)
     assert told.sum() > 15
     # Another basis of the lattice is as true.
     span = range(-2, 3)

@@ -447,7 +447,9 @@ def rotations():
         f"{q}1 = {q}*cos(w{q}) + p{q}*sin(w{q}); p{q}1 = p{q}*cos(w{q}) - {q}*sin(w{q})" for q in ("x", "y")
     )
     turn = "; ".join(f"w{q} = 2*pi*(a{q} + b{q}*({q}**2 + p{q}**2))" for q in ("x", "y"))
-    body = fastaff.mapping(f"{turn}; {text}", domain="1.3 - x**2 - y**2 + 1.6*x*y", ax=a[0], ay=a[1], bx=b[0], by=b[1])
+    body = fastaff.iterated_map(
+        f"{turn}; {text}", domain="1.3 - x**2 - y**2 + 1.6*x*y", ax=a[0], ay=a[1], bx=b[0], by=b[1]
+    )
     grid = fastaff.energy_grid(body, axes={"x": np.linspace(0.05, 1.0, 24), "y": np.linspace(0.05, 1.0, 23)})
     return a, b, grid, body
 
@@ -517,25 +519,27 @@ def test_resonances_are_printed_by_name_with_their_shares():
     ("body", "energy", "rows", "jump"),
     [
         (fastaff.HenonHeiles(), 0.09, ("nu", "error"), None),  # whose own lines are alike: of its largest family
-        (fastaff.hamiltonian("(x**2 + 2.3*y**2)/2 + y**4 + x**2*y**2/4"), 0.15, ("leading", "leading_error"), 0.03),
+        (fastaff.hamiltonian("(x**2 + 2.3*y**2)/2 + y**4 + x**2*y**2/4"), 0.15, ("dominant", "dominant_error"), 0.03),
     ],
 )
 def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays(body, energy, rows, jump):
     axes = (np.linspace(0.05, 0.4, 14), np.linspace(-0.5, 0.5, 13))
     grid = fastaff.energy_grid(body, energy=energy, section="x=0", axes=axes)
     found = fastaff.frequency_map(body, grid.z0, time=200.0)
-    known = found.regular | ((found.kind == 3) & (100 * 10**found.diffusion < 0.3))
+    known = found.regular | (
+        (found.classification == fastaff.Classification.UNDECIDED) & (100 * 10**found.diffusion < 0.3)
+    )
     assert known.sum() >= found.regular.sum() > 20
     if jump is None:
         basis = [matrix.tobytes() for matrix in found.basis.transpose(2, 0, 1)]
         counts = Counter(matrix for matrix, one in zip(basis, known, strict=True) if one)
         known = known & [matrix == counts.most_common(1)[0][0] for matrix in basis]
         assert len(counts) > 1
-    assert grid.forbidden.any()
-    nu = np.full((2, *grid.forbidden.shape), np.nan)
-    nu.reshape(2, -1)[:, grid.cell] = np.where(known, getattr(found, rows[0]), np.nan)
+    assert grid.inaccessible.any()
+    nu = np.full((2, *grid.inaccessible.shape), np.nan)
+    nu.reshape(2, -1)[:, grid.cell_index] = np.where(known, getattr(found, rows[0]), np.nan)
     errors = np.zeros(nu.shape)
-    errors.reshape(2, -1)[:, grid.cell] = np.where(known, np.maximum(getattr(found, rows[1]), 0.1 / 200), 0.0)
+    errors.reshape(2, -1)[:, grid.cell_index] = np.where(known, np.maximum(getattr(found, rows[1]), 0.1 / 200), 0.0)
     one = fastaff.resonance_web(found, axes=grid, max_order=14)
     other = fastaff.resonance_web(nu, axes=axes, errors=errors, max_order=14, jump=jump)
     assert one

@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fastaff as fa
+from fastaff import Classification
 from fastaff.engine.jit import JIT_DISABLED
-from fastaff.frequencies import FrequencyKind, TuneSums
+from fastaff.frequencies import TuneSums
 from fastaff.frequencies.integer_lattice import ball
 from fastaff.frequencies.tune_accumulator import window_of
 
@@ -110,7 +111,7 @@ def test_rotations_by_exact_tunes():
         assert distance(found.signed % 1, nu).max() < 2e-15
         assert (found.method == 1).all() if samples == 100 else (found.method == 0).any()
     assert found.error.max() < 1e-8
-    assert (found.kind == FrequencyKind.INDEPENDENT).all()
+    assert (found.classification == Classification.REGULAR).all()
     t = 0.01 * np.arange(1000)
     later = fa.tunes(np.array([np.cos(0.2 * np.pi * t), -np.sin(0.2 * np.pi * t)]))  # of H = 0.1 pi (q^2 + p^2)
     assert later.signed[0, 0] == pytest.approx(0.001, abs=later.error[0, 0])
@@ -179,7 +180,7 @@ def test_a_batch_reports_shares_of_itself(monkeypatch):
     turn, told = 2 * np.pi * np.linspace(0.1, 0.4, 24)[:, None] * np.arange(2**10), []
     samples = np.array([np.cos(turn), -np.sin(turn)])
     samples[:, 3, 2**9 :] = np.nan
-    found = fa.tunes(samples, threads=2, report=told.append)
+    found = fa.tunes(samples, threads=2, callback=told.append)
     assert len(told) > 6
     assert told == sorted(told)
     assert told[-1] == 1.0
@@ -221,10 +222,10 @@ def test_a_plane_that_shows_another_planes_line():
     samples = optics(rng, h)
     found = fa.tunes(samples)
     assert distance(found.nu, np.array([[0.2317, 0.31], [0.1721, 0.4]])).max() < 1e-10
-    assert (found.kind == FrequencyKind.INDEPENDENT).all()
+    assert (found.classification == Classification.REGULAR).all()
     found = pushed(samples, 4000)
     assert distance(found.nu, np.array([[0.2317, 0.31], [0.2317, 0.31]])).max() < 1e-10
-    assert (found.kind == FrequencyKind.UNDECIDED).all()
+    assert (found.classification == Classification.UNDECIDED).all()
     assert (found.error >= 1 / found.window).all()
     equal = fa.tunes(optics(rng, z + 0.99 * z[::-1] * np.array([1.0, 0.0])[:, None, None]))
     assert (distance(equal.nu, np.array([[0.2317, 0.31], [0.1721, 0.4]])) <= equal.error).all()
@@ -248,7 +249,7 @@ def test_modes_of_coupled_planes(n, angle):
             u, p = c * u + s * kick, c * kick - s * u
     own = own[:, :, np.isfinite(own).all(axis=(0, 1, 3))]
     truth = fa.tunes(own.reshape(2 * n, -1, turns))
-    clear = (truth.kind == FrequencyKind.INDEPENDENT) & (truth.error < 1e-8).all(axis=0)
+    clear = (truth.classification == Classification.REGULAR) & (truth.error < 1e-8).all(axis=0)
     for i, j in itertools.combinations(range(n), 2):
         low = VECTORS[np.abs(VECTORS).sum(axis=1) <= 4] @ truth.nu[[i, j]]
         clear &= (np.abs(low - np.rint(low)) > 3 / turns).all(axis=0)
@@ -261,7 +262,7 @@ def test_modes_of_coupled_planes(n, angle):
     if angle is not None:
         turn[:] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     found = fa.tunes(np.einsum("oij,rjot->riot", turn, own).reshape(2 * n, -1, turns))
-    assert (found.kind == FrequencyKind.INDEPENDENT).mean() >= 0.99
+    assert (found.classification == Classification.REGULAR).mean() >= 0.99
     orders = np.array([*itertools.permutations(range(n))])
     off, error = distance(found.nu, truth.nu[orders]), truth.error[orders] + found.error
     off, error = off.transpose(2, 0, 1), error.transpose(2, 0, 1)
@@ -283,7 +284,7 @@ def test_a_plane_driven_harder_than_it_moves_by_itself():
             found = fa.tunes(optics(rng, np.array([own * z[0] + driven, z[1]])))
             clear = distance(found.nu, nu) < 1e-9
             assert clear[1].all()
-            assert (clear[0] | (found.kind == FrequencyKind.DEPENDENT)).all()
+            assert (clear[0] | (found.classification == Classification.RESONANT)).all()
 
 
 def test_a_line_plus_a_combination_of_the_others_tune_is_no_own_line():
@@ -304,13 +305,13 @@ def test_a_plane_at_rest_and_changing_tunes():
     for found in (fa.tunes(z), pushed(z, 1000)):
         assert found.error[1, 0] == np.inf
         assert np.isnan(found.nu[1, 0])
-        assert found.kind[0] == FrequencyKind.DEPENDENT
+        assert found.classification[0] == Classification.RESONANT
         assert distance(found.nu[0, 0], 0.2317) < 1e-13
     t = np.arange(4000)
     turns = 0.2 * t + 0.01 * t**2 / 4000
     drifting = np.array([np.cos(2 * np.pi * turns), -np.sin(2 * np.pi * turns)])
     found = fa.tunes(drifting)
-    assert found.kind[0] == FrequencyKind.IRREGULAR
+    assert found.classification[0] == Classification.IRREGULAR
     assert found.diffusion[0] == pytest.approx(np.log10(0.01), abs=0.05)
     assert not found.regular[0]
 
@@ -327,12 +328,12 @@ def test_a_plane_that_only_follows_a_harmonic_of_another_is_dependent():
         kick = 1j * turn * k * size**2 / 4
         w = 2 * kick / (1 - turn) + kick * np.exp(2j * phase) / (np.exp(-2j * mu[0]) - turn)
         w += kick * np.exp(-2j * phase) / (np.exp(2j * mu[0]) - turn)
-        model = fa.mapping(text, c=np.cos(mu[0]), s=np.sin(mu[0]), d=np.cos(mu[1]), e=np.sin(mu[1]), k=k)
+        model = fa.iterated_map(text, c=np.cos(mu[0]), s=np.sin(mu[0]), d=np.cos(mu[1]), e=np.sin(mu[1]), k=k)
         z = np.array([u.real, w.real, u.imag, w.imag])
         for found in (fa.frequency_map(model, z, time=2000), fa.tunes(fa.integrate(model, z, time=2000, samples=2000))):
             apart = found.nu[1] + np.array([[-2], [2]]) * mu[0] / (2 * np.pi)
             assert np.abs(apart - np.rint(apart)).min(axis=0).max() < 1e-9
-            assert (found.kind == FrequencyKind.DEPENDENT).all()
+            assert (found.classification == Classification.RESONANT).all()
 
 
 def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeypatch):
@@ -345,21 +346,21 @@ def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeyp
         "x1 = c*x + s*a; p_x1 = c*a - s*x; y1 = d*y + e*b; p_y1 = d*b - e*y"
     )
     turn = 2 * np.pi * (0.25 + 0.08 * rng.uniform(-1, 1, 2))
-    model = fa.mapping(text, K=0.6, c=np.cos(turn[0]), s=np.sin(turn[0]), d=np.cos(turn[1]), e=np.sin(turn[1]))
+    model = fa.iterated_map(text, K=0.6, c=np.cos(turn[0]), s=np.sin(turn[0]), d=np.cos(turn[1]), e=np.sin(turn[1]))
     z = np.concatenate([rng.uniform(-1.5, 1.5, (4, 40)), rng.uniform(-0.1, 0.1, (4, 20))], axis=1)
     samples = fa.integrate(model, z, time=1024, samples=1024).samples.transpose(1, 2, 0)
-    verdict = fa.chaos_map(model, z, time=8192).verdict
+    classification = fa.chaos_map(model, z, time=8192).classification
     spared = fa.tunes(samples)
     with monkeypatch.context() as patch:
         patch.setattr(module, "restless", lambda f, halves, length: np.zeros(len(f), bool))
         fitted = fa.tunes(samples)
-    calm = verdict == 0
+    calm = classification == 0
     assert 10 < calm.sum() < 50
     same(spared.take(np.flatnonzero(calm)), fitted.take(np.flatnonzero(calm)))
     off = (spared.nu != fitted.nu).any(axis=0)
     assert off.any()
-    beside = (spared.kind == FrequencyKind.UNDECIDED) & (spared.window / 2 * 10.0**spared.diffusion <= 3.0)
-    assert (beside | (spared.kind == FrequencyKind.IRREGULAR))[off].all()
+    beside = (spared.classification == Classification.UNDECIDED) & (spared.window / 2 * 10.0**spared.diffusion <= 3.0)
+    assert (beside | (spared.classification == Classification.IRREGULAR))[off].all()
     assert (spared.method[:, ~calm].sum(axis=0) == 0).mean() > 0.7
 
 
@@ -389,7 +390,7 @@ def test_crescents_by_their_lines():
     for share in (0.0, 0.04):
         found = fa.tunes(optics(rng, np.array([bow(w) + share * z[1], z[1]])))
         truth = np.array([(sense * nu[0]) % 1, nu[1]])
-        decided = found.kind == FrequencyKind.INDEPENDENT
+        decided = found.classification == Classification.REGULAR
         assert decided.mean() > 0.9
         within = distance(found.nu, truth) <= found.error
         assert within[:, decided & (np.arange(count) < count // 2)].all()
@@ -397,7 +398,7 @@ def test_crescents_by_their_lines():
         assert (found.method[0, decided & (np.arange(count) < count // 2)] == 1).all()
         assert np.median(found.error[0]) < 1e-8
     arc = fa.tunes(optics(rng, np.exp(1j * wide * np.sin(w))[None])[:, : count // 2])
-    assert (arc.kind == FrequencyKind.UNDECIDED).mean() > 0.9
+    assert (arc.classification == Classification.UNDECIDED).mean() > 0.9
 
 
 def test_crescents_of_the_standard_map():
@@ -411,7 +412,7 @@ def test_crescents_of_the_standard_map():
     plain = fa.tunes([np.mod(x, 2 * np.pi), p])
     bent = (2.5 + p) * np.exp(1j * 1.3 * (np.mod(x, 2 * np.pi) - np.pi))
     found = fa.tunes([bent.real, bent.imag])
-    known = (found.kind == FrequencyKind.INDEPENDENT) & (plain.kind == FrequencyKind.INDEPENDENT)
+    known = (found.classification == Classification.REGULAR) & (plain.classification == Classification.REGULAR)
     assert known.sum() >= 3
     off = np.minimum(distance(found.nu, plain.nu), distance(found.nu, 1 - plain.nu))
     assert (off <= found.error + plain.error)[:, known].all()
@@ -465,7 +466,7 @@ def test_many_planes_whose_lines_are_looked_at(two_threads):
     z[0] = 0.4 * z[0] + z[1] ** 2
     found = fa.tunes(optics(rng, z))
     assert (distance(found.nu, nu) <= found.error)[1:].all()
-    assert ((distance(found.nu, nu) < 1e-6)[0] | (found.kind != FrequencyKind.INDEPENDENT)).all()
+    assert ((distance(found.nu, nu) < 1e-6)[0] | (found.classification != Classification.REGULAR)).all()
 
 
 # --- the accumulator -------------------------------------------------------------------------------------------------
@@ -736,7 +737,7 @@ def test_what_has_no_tune_is_no_regular_orbit():
     model, turn = fa.models.HenonMap(np.random.default_rng(8).uniform(0.205, 0.215)), 2 * np.pi * 0.2114
     # within a circle a turn with a kick, outside an attracting point far away
     inside = "w = 1/(1 + exp(50*(x**2 + p**2 - 1))); k = p + 0.3*x**2;"
-    bounded = fa.mapping(
+    bounded = fa.iterated_map(
         inside + "x1 = w*(c*x + s*k) + (1 - w)*(5 + 0.5*(x - 5)); p1 = w*(c*k - s*x) + (1 - w)*(4 + 0.5*(p - 4))",
         c=np.cos(turn),
         s=np.sin(turn),
@@ -751,12 +752,12 @@ def test_what_has_no_tune_is_no_regular_orbit():
             assert none[gone].mean() > 0.9
             assert np.isnan(found.diffusion[none]).all()
             assert np.isnan(found.digits[none]).all()
-            assert (found.kind[none] == FrequencyKind.UNDECIDED).all()
+            assert (found.classification[none] == Classification.UNDECIDED).all()
             assert np.isnan(found.nu[0, none]).all()
             assert not found.regular[gone].any()
             assert not (found.diffusion[gone] < -6).any()
             assert np.isfinite(found.diffusion[~gone]).mean() > 0.98
-            brief = gone & (found.kind != FrequencyKind.UNDECIDED)
+            brief = gone & (found.classification != Classification.UNDECIDED)
             lived = found.turns if hasattr(found, "turns") else found.t
             assert (lived[brief] >= 64).all()
             assert (lived[brief] * np.minimum(found.nu, 1 - found.nu)[0, brief] >= 30).all()

@@ -16,7 +16,7 @@ from job_cases import SMALL_GRID as JOB
 from job_cases import bits
 
 import fastaff as fa
-from fastaff.jobs import JobResults, units
+from fastaff.jobs import JobResults, chunks
 from fastaff.jobs.guard import ITEMS
 from fastaff.jobs.store import Store, _whole
 from fastaff.jobs.wording import OptionError
@@ -48,7 +48,7 @@ def others():
 
 
 @pytest.mark.parametrize("other", [*others()], ids=range(len([*others()])))
-@pytest.mark.parametrize("act", [fa.resume, lambda path: fa.run(JOB, path), lambda path: units.compute_unit(path, 1)])
+@pytest.mark.parametrize("act", [fa.resume, lambda path: fa.run(JOB, path), lambda path: chunks.compute_chunk(path, 1)])
 def test_a_store_does_not_go_on_on_another_processor(act, other, store):
     opened = Store(store, writing=True)
     opened.forget(1)
@@ -57,7 +57,7 @@ def test_a_store_does_not_go_on_on_another_processor(act, other, store):
         act(store)
     said = str(caught.value)
     assert set(other.split()) ^ set(machine.processor().split()) <= set(said.replace(",", "").split())
-    assert "--other-processor" in said
+    assert "--allow-other-cpu" in said
     assert (Store(store).state(1) == -1).all()
 
 
@@ -69,12 +69,12 @@ def test_it_goes_on_where_that_is_asked_for(store, made):
         fa.rerun(store, status="OK", scheme="DOP853")
     assert Store(store).facts["reruns"] == []
     JobResults.stored(store)["integrate"]  # it can be read
-    done = fa.resume(store, other_processor=True)
+    done = fa.resume(store, allow_other_cpu=True)
     assert bits(done) == bits(JobResults.stored(made))
     assert "processors of several kinds" in done.table()
     assert "processors" not in JobResults.stored(made).table()
     Store(store, writing=True).forget(2)
-    with ThreadPoolExecutor(1) as pool:  # asked for once, for all that compute units
+    with ThreadPoolExecutor(1) as pool:  # asked for once, for all that compute chunks
         assert fa.resume(store, executor=pool).complete
 
 
@@ -92,7 +92,7 @@ def shared(store):
     """Arrays that have no entry for each orbit, with their files."""
     for described in sorted(store.glob("*/*/zarr.json")):
         names = json.loads(described.read_text()).get("dimension_names") or [""]
-        if names[-1] not in (*ITEMS, "unit"):  # seals have a piece for each unit
+        if names[-1] not in (*ITEMS, "chunk"):  # seals have a piece for each chunk
             files = [file for file in described.parent.rglob("*") if file.is_file() and file.name != "zarr.json"]
             yield described.parent.relative_to(store).as_posix(), files
 
@@ -161,21 +161,21 @@ WRONG = [
 
 def test_lines_of_wrong_types_are_skipped(store, made):
     truth = JobResults.stored(made)
-    with open(store / "units.jsonl", "a") as file:
+    with open(store / "chunks.jsonl", "a") as file:
         for name in FIELDS:
             for value in WRONG:
                 file.write(json.dumps({**FIELDS, "number": 2, name: value}) + "\n")
         file.write(json.dumps({**FIELDS, "more": 1}) + "\n")
     found = JobResults.stored(store)
-    assert found.units == truth.units
+    assert found.chunks == truth.chunks
     assert found.table() == truth.table()
-    with open(store / "units.jsonl", "a") as file:
+    with open(store / "chunks.jsonl", "a") as file:
         file.write(json.dumps({**FIELDS, "seconds": 99.0, "energy_error": float("inf")}) + "\n")
-    assert "slowest unit 1: 4 orbits in 99.0 s" in JobResults.stored(store).table()
+    assert "slowest chunk 1: 4 orbits in 99.0 s" in JobResults.stored(store).table()
 
 
 def test_nothing_in_a_store_moves_the_cursor(store):
-    forged = {"status": [1], "run": {"scheme": "\x1b]0;title\x07\x1b[2J\nline"}, "analyses": []}
+    forged = {"status": [1], "options": {"scheme": "\x1b]0;title\x07\x1b[2J\nline"}, "analyses": []}
     Store(store, writing=True).tell(reruns=[forged])
     table = JobResults.stored(store).table()
     assert "run again with" in table
@@ -204,26 +204,26 @@ def test_a_store_that_is_moved_while_it_is_written(happens, workers, made, tmp_p
     """It ends there and says so; nothing is left at the old place, and both go on to the same bits."""
     path, to, done = tmp_path / "s", tmp_path / "elsewhere", []
 
-    def move(progress, unit):
-        done.append(unit)
+    def move(progress, chunk):
+        done.append(chunk)
         if len(done) == 2:
             happens(path, to)
 
     with ThreadPoolExecutor(max(workers, 1)) as pool, pytest.raises(FileNotFoundError) as caught:
-        fa.run(replace(JOB, unit=1), path, watch=move, executor=pool if workers else None)
+        fa.run(replace(JOB, chunk=1), path, on_chunk=move, executor=pool if workers else None)
     assert str(path) in str(caught.value)
     if happens is not replaced:
         assert not path.exists()
     else:
         assert bits(fa.resume(path)) == bits(JobResults.stored(made))
     assert bits(fa.resume(to)) == bits(JobResults.stored(made))
-    assert bits(fa.run(JOB if not path.exists() else replace(JOB, unit=1), path)) == bits(JobResults.stored(made))
+    assert bits(fa.run(JOB if not path.exists() else replace(JOB, chunk=1), path)) == bits(JobResults.stored(made))
 
 
-HOW = [{"watch": 5}, {"threads": "x"}, {"threads": 0}, {"other_processor": "yes"}, {"report": 1}]
+HOW = [{"on_chunk": 5}, {"threads": "x"}, {"threads": 0}, {"allow_other_cpu": "yes"}, {"callback": 1}]
 
 
-@pytest.mark.parametrize("wrong", [*HOW, {"watch": "x"}, {"overwrite": 1}, {"memory": "x"}, {"memory": -1.0}])
+@pytest.mark.parametrize("wrong", [*HOW, {"on_chunk": "x"}, {"overwrite": 1}, {"memory": "x"}, {"memory": -1.0}])
 @pytest.mark.parametrize("stored", [True, False])
 def test_what_is_wrong_is_said_before_anything_is_computed(wrong, stored, tmp_path):
     (name,) = wrong

@@ -20,18 +20,18 @@ from thorough import TIMES
 import fastaff as fa
 from fastaff.cli.main import main
 from fastaff.jobs import JobResults
-from fastaff.jobs.guard import ITEMS, SEALED, SEALS, UNSEALED
+from fastaff.jobs.guard import ITEMS, SEALED, SEALS
 from fastaff.jobs.running import begin
 from fastaff.jobs.store import ATTRIBUTES, Store
 from fastaff.jobs.wording import OptionError
 
 
-def units_of(store):
-    """Chunks of each array that is cut into units: the path of the array, and its files by unit."""
+def pieces_of(store):
+    """Chunks of each array that is cut into chunks: the path of the array, and its files by chunk."""
     found = {}
     for described in sorted(store.glob("*/*/zarr.json")):
         names = json.loads(described.read_text()).get("dimension_names") or [""]
-        if names[-1] in (*ITEMS, "unit"):
+        if names[-1] in (*ITEMS, "chunk"):
             files = [path for path in described.parent.rglob("*") if path.is_file() and path.name != "zarr.json"]
             found[described.parent.relative_to(store).as_posix()] = {int(path.name): path for path in files}
     return found
@@ -61,9 +61,9 @@ def noticed(store, whole):
 
 @pytest.mark.parametrize("seed", range(4 * TIMES))
 def test_exchanged_chunks_are_noticed(seed, store, made):
-    """Of one array, of several, of whole units with their seals: said, or the numbers are the same."""
+    """Of one array, of several, of whole chunks with their seals: said, or the numbers are the same."""
     rng, whole, said = random.Random(f"exchanged {seed}"), JobResults.stored(made), 0
-    arrays = units_of(store)
+    arrays = pieces_of(store)
     numbers = sorted(arrays["launch/finished"])
     assert len(numbers) == 4
     for _ in range(6):
@@ -83,24 +83,24 @@ def test_exchanged_chunks_are_noticed(seed, store, made):
 
 @pytest.mark.parametrize("name", ["launch/z0", "launch/finished", "integrate/z", "poincare/status", f"launch/{SEALS}"])
 def test_one_array_at_a_time(name, store, made):
-    """Two units exchanged, one put in the place of another, one of another array: each array by itself."""
-    files, whole = units_of(store)[name], JobResults.stored(made)
+    """Two chunks exchanged, one put in the place of another, one of another array: each array by itself."""
+    files, whole = pieces_of(store)[name], JobResults.stored(made)
     kept = {number: path.read_bytes() for number, path in files.items()}
     for one, other in itertools.permutations(sorted(files)[:3], 2):
         if kept[one] == kept[other]:
             continue
         files[one].write_bytes(kept[other])
-        with pytest.raises(OptionError, match=rf"of unit {one} is not what was written there|is damaged"):
+        with pytest.raises(OptionError, match=rf"of chunk {one} is not what was written there|is damaged"):
             JobResults.stored(store)["integrate"], Store(store).verify()
         files[one].write_bytes(kept[one])
     assert not noticed(store, whole)
 
 
 def test_parts_of_a_store_are_compared_too(store):
-    """A slice of points reads the units that it needs, and says of these alone."""
-    files = units_of(store)["integrate/z"]
+    """A slice of points reads the chunks that it needs, and says of these alone."""
+    files = pieces_of(store)["integrate/z"]
     exchange(files[0], files[1])
-    with pytest.raises(OptionError, match=r"integrate/z of unit 1 is not what was written there"):
+    with pytest.raises(OptionError, match=r"integrate/z of chunk 1 is not what was written there"):
         JobResults.stored(store)["integrate", 5:6]
     JobResults.stored(store)["integrate", 8:15]
     with pytest.raises(OptionError, match="is not what was written"):
@@ -111,10 +111,10 @@ def test_going_on_compares_what_is_there(store, made):
     """A resume that has something to do looks at all that was done."""
     whole = JobResults.stored(made)
     Store(store, writing=True).forget(3)
-    files = units_of(store)["poincare/points"]
+    files = pieces_of(store)["poincare/points"]
     exchange(files[0], files[2])
     for act in (fa.resume, lambda path: fa.run(SMALL_GRID, path), lambda path: fa.rerun(path, status="OK", step=0.05)):
-        with pytest.raises(OptionError, match=r"poincare/points of unit \d is not what was written there"):
+        with pytest.raises(OptionError, match=r"poincare/points of chunk \d is not what was written there"):
             act(store)
     exchange(files[0], files[2])
     Store(store, writing=True).tell(reruns=[])
@@ -122,12 +122,12 @@ def test_going_on_compares_what_is_there(store, made):
 
 
 def test_starts_of_ones_own_are_compared_before_they_are_computed(tmp_path):
-    job = replace(JOBS["own starts"], unit=7)
+    job = replace(JOBS["own starts"], chunk=7)
     whole = fa.run(job, tmp_path / "whole")
     begin(job, tmp_path / "s")
-    files = units_of(tmp_path / "s")["launch/z0"]
+    files = pieces_of(tmp_path / "s")["launch/z0"]
     exchange(files[0], files[1])
-    with pytest.raises(ValueError, match=r"launch/z0 of unit \d is not what was written there"):
+    with pytest.raises(ValueError, match=r"launch/z0 of chunk \d is not what was written there"):
         fa.resume(tmp_path / "s")
     exchange(files[0], files[1])
     assert bits(fa.resume(tmp_path / "s")) == bits(whole)
@@ -138,7 +138,7 @@ def test_a_rerun_has_seals_of_its_own(store):
     old = shutil.copytree(store, store.parent / "old")
     after = fa.rerun(store, status="OK", step=0.05)
     assert not noticed(store, after)
-    before, now = units_of(old), units_of(store)
+    before, now = pieces_of(old), pieces_of(store)
     changed = 0
     for name in ("integrate/z", "integrate/attempt", f"launch/{SEALS}"):
         kept = now[name][1].read_bytes()
@@ -149,27 +149,7 @@ def test_a_rerun_has_seals_of_its_own(store):
     assert changed == 3
 
 
-def unsealed(store):
-    """Make a store of the format before this one: without seals."""
-    shutil.rmtree(store / "launch" / SEALS)
-    data = json.loads((store / "zarr.json").read_text())
-    facts = json.loads(data["attributes"][ATTRIBUTES])
-    del facts[SEALED]
-    data["attributes"][ATTRIBUTES] = json.dumps({**facts, "format": UNSEALED})
-    data.get("consolidated_metadata", {}).get("metadata", {}).pop(f"launch/{SEALS}", None)
-    (store / "zarr.json").write_text(json.dumps(data))
-
-
-def test_stores_of_the_format_before_are_read_and_go_on(store, made):
-    unsealed(store)
-    assert not noticed(store, JobResults.stored(made))
-    Store(store, writing=True).forget(2)
-    assert bits(fa.resume(store)) == bits(JobResults.stored(made))
-    assert Store(store).facts["format"] == UNSEALED
-    assert fa.rerun(store, status="OK", step=0.05).complete
-
-
-@pytest.mark.parametrize("how", ["seals removed", "names removed", "format", "other names", "no text"])
+@pytest.mark.parametrize("how", ["seals removed", "names removed", "other names", "no text"])
 def test_seals_cannot_be_taken_away(how, store):
     data = json.loads((store / "zarr.json").read_text())
     facts = json.loads(data["attributes"][ATTRIBUTES])
@@ -177,15 +157,10 @@ def test_seals_cannot_be_taken_away(how, store):
         shutil.rmtree(store / "launch" / SEALS)
     elif how == "names removed":
         del facts[SEALED]
-    elif how == "format":
-        facts["format"] = UNSEALED
     else:
         facts[SEALED] = [1, 2] if how == "no text" else facts[SEALED][1:]
     data["attributes"][ATTRIBUTES] = json.dumps(facts)
     (store / "zarr.json").write_text(json.dumps(data))
-    if how == "format":  # the seals are still there, and compared
-        files = units_of(store)["integrate/z"]
-        exchange(files[0], files[1])
     with pytest.raises(OptionError, match="damaged"):
         JobResults.stored(store)["integrate"]
 
@@ -225,7 +200,7 @@ def test_no_file_of_a_store_is_a_pipe(store):
     """Each kind of file in turn: refused by name, and nobody waits."""
     files = sorted(path for path in store.rglob("*") if path.is_file())
     rng = random.Random("pipes")
-    chosen = [path for path in files if path.name in ("zarr.json", "units.jsonl")]
+    chosen = [path for path in files if path.name in ("zarr.json", "chunks.jsonl")]
     chosen += rng.sample([path for path in files if path not in chosen], 12)
     for path in chosen:
         content = path.read_bytes()
@@ -247,7 +222,7 @@ def test_a_store_is_made_where_a_link_leads(tmp_path, made):
     link.symlink_to(tmp_path / "large" / "there")
     whole = JobResults.stored(made)
     assert bits(fa.run(SMALL_GRID, link)) == bits(whole)
-    other = replace(SMALL_GRID, run=fa.jobs.Run(step=0.05))
+    other = replace(SMALL_GRID, options=fa.jobs.RunOptions(step=0.05))
     fa.run(other, link, overwrite=True)
     assert link.is_symlink()
     assert (tmp_path / "large" / "there").is_dir()
@@ -270,7 +245,7 @@ def test_a_link_that_leads_nowhere(where, tmp_path, refused, here):
 def test_a_store_that_is_replaced_keeps_its_permissions(tmp_path):
     fa.run(SMALL_GRID, tmp_path / "s")
     (tmp_path / "s").chmod(0o700)
-    fa.run(replace(SMALL_GRID, run=fa.jobs.Run(step=0.05)), tmp_path / "s", overwrite=True)
+    fa.run(replace(SMALL_GRID, options=fa.jobs.RunOptions(step=0.05)), tmp_path / "s", overwrite=True)
     assert stat.S_IMODE((tmp_path / "s").stat().st_mode) == 0o700
 
 
@@ -278,8 +253,8 @@ def test_a_store_that_is_replaced_keeps_its_permissions(tmp_path):
 
 
 def test_an_interrupted_rerun_is_not_complete(store, capsys):
-    """Also where no unit of it has begun."""
-    entry = {"status": [0], "run": {"step": 0.05}, "analyses": ["integrate"], "date": ""}
+    """Also where no chunk of it has begun."""
+    entry = {"status": [0], "options": {"step": 0.05}, "analyses": ["integrate"], "date": ""}
     assert JobResults.stored(store).complete
     Store(store, writing=True).tell(reruns=[entry])
     results = JobResults.stored(store)

@@ -17,7 +17,7 @@ from job_cases import CELLS, JOBS, MOTION, bits
 from job_cases import SMALL_GRID as JOB
 
 import fastaff as fa
-from fastaff.jobs import JobResults, Poincare, Run, Starts
+from fastaff.jobs import InitialConditions, JobResults, PoincareOptions, RunOptions
 from fastaff.jobs.store import ATTRIBUTES, FORMAT, Store
 from fastaff.jobs.wording import OptionError
 
@@ -154,10 +154,12 @@ SOME = [value if k % 4 == 0 else pytest.param(value, marks=pytest.mark.slow) for
 
 
 @pytest.mark.parametrize("value", SOME, ids=repr)
-@pytest.mark.parametrize("name", ["job", "orbits", "unit", "contents", "settled", "source", "reruns", "own_starts"])
+@pytest.mark.parametrize(
+    "name", ["job", "orbits", "chunk", "contents", "settled", "source", "reruns", "own_initial_conditions"]
+)
 def test_wrong_facts(name, value, store, made):
     tell(store, lambda facts: facts.update({name: value}))
-    if name in ("source", "own_starts", "reruns"):  # those that only a run needs
+    if name in ("source", "own_initial_conditions", "reruns"):  # those that only a run needs
         for act in (everything, fa.resume):
             with contextlib.suppress(OptionError):
                 act(store)
@@ -176,7 +178,7 @@ def test_wrong_facts_of_an_analysis(name, value, store):
         fa.resume(store)
 
 
-@pytest.mark.parametrize("missing", ["job", "orbits", "unit", "contents", "settled", "source", "reruns"])
+@pytest.mark.parametrize("missing", ["job", "orbits", "chunk", "contents", "settled", "source", "reruns"])
 def test_facts_that_are_missing(missing, store):
     tell(store, lambda facts: facts.pop(missing) and None)
     refused(store, missing)
@@ -300,8 +302,8 @@ def test_links(name, store, tmp_path):
 
 def test_a_link_in_place_of_the_log(store, tmp_path):
     (tmp_path / "profile").write_text("mine")
-    (store / "units.jsonl").unlink()
-    (store / "units.jsonl").symlink_to(tmp_path / "profile")
+    (store / "chunks.jsonl").unlink()
+    (store / "chunks.jsonl").symlink_to(tmp_path / "profile")
     refused(store, "link")
     assert (tmp_path / "profile").read_text() == "mine"
 
@@ -310,14 +312,14 @@ def test_a_link_in_place_of_the_log(store, tmp_path):
     "line", ["", "{", "null", "[1]", '{"number": "x"}', '{"number": 10}', "\x00", "[" * 10**5, '"' * 10, "1" * 10**5]
 )
 def test_a_log_of_garbage(line, store, made):
-    with open(store / "units.jsonl", "a") as file:
+    with open(store / "chunks.jsonl", "a") as file:
         file.write(f'{line}\n{{"number": 0, "orb')
     assert everything(store) == bits(JobResults.stored(made))
     fa.resume(store)
 
 
 def test_a_log_that_is_no_text(store, made):
-    (store / "units.jsonl").write_bytes(b"\xff\xfe\x00" * 100)
+    (store / "chunks.jsonl").write_bytes(b"\xff\xfe\x00" * 100)
     assert everything(store) == bits(JobResults.stored(made))
 
 
@@ -345,7 +347,7 @@ def test_chunks_that_were_cut_off(store, made):
 
 
 def test_chunks_that_were_lost(store):
-    """Those of finished units; a unit whose `finished` is lost is computed again."""
+    """Those of finished chunks; a chunk whose `finished` is lost is computed again."""
     for file in data_files(store):
         if "launch" not in file.relative_to(store).parts and "attempt" not in file.parts:
             whole = file.read_bytes()
@@ -399,10 +401,10 @@ def test_parts_of_a_store_that_are_missing(store, made, tmp_path):
 
 
 def test_own_starts_have_their_store(tmp_path):
-    job = replace(JOBS["own starts"], integrate=MOTION, unit=5)
+    job = replace(JOBS["own starts"], integrate=MOTION, chunk=5)
     fa.run(job, tmp_path / "s")
     store = Store(tmp_path / "s")
-    assert store.root["launch/z0"][:].tobytes() == np.ascontiguousarray(job.starts).tobytes()
+    assert store.root["launch/z0"][:].tobytes() == np.ascontiguousarray(job.initial_conditions).tobytes()
 
 
 # --- in parts -----------------------------------------------------------------------------------------------------
@@ -410,8 +412,18 @@ def test_own_starts_have_their_store(tmp_path):
 
 def test_parts_of_a_store_take_the_memory_of_a_part(tmp_path):
     """By slices of points, by xarray and by its dask: the same numbers as of the whole, at every bound."""
-    own = {"starts": Starts(orbits=600, seed=3), "poincare": Poincare(crossings=300, max_time=4000.0), "unit": 40}
-    job = replace(CELLS, surface=replace(CELLS.surface, energy=0.1), run=Run(step=0.1), integrate=None, **own)
+    own = {
+        "initial_conditions": InitialConditions(orbits=600, seed=3),
+        "poincare": PoincareOptions(crossings=300, max_time=4000.0),
+        "chunk": 40,
+    }
+    job = replace(
+        CELLS,
+        energy_surface=replace(CELLS.energy_surface, energy=0.1),
+        options=RunOptions(step=0.1),
+        integrate=None,
+        **own,
+    )
     results = fa.run(job, tmp_path / "long.zarr")
     whole, small = peak(lambda: results["poincare"])
     assert whole.points.nbytes > 2 * 2**20

@@ -12,30 +12,40 @@ from hypothesis import strategies as st
 
 import fastaff as fa
 from fastaff.cli.main import main
-from fastaff.jobs import Chaos, Frequencies, Job, Model, Motion, Poincare, Run, Starts, Surface
+from fastaff.jobs import (
+    ChaosOptions,
+    EnergySurface,
+    FrequencyOptions,
+    InitialConditions,
+    IntegrateOptions,
+    Job,
+    Model,
+    PoincareOptions,
+    RunOptions,
+)
 from fastaff.jobs.job import TABLES, _hints
 
 GOOD = [
-    """[surface]
+    """[energy_surface]
 energy = 1.5
 p_eta = 0.3
-[starts]
+[initial_conditions]
 grid = "4x4"
 [frequency_map]
 time = 10.0
 """,
-    """unit = 7
+    """chunk = 7
 [model]
 model = "henon-heiles"
 lam = 0.9
-[surface]
+[energy_surface]
 energy = 0.1
 section = "x=0.01"
 direction = -1
-[starts]
+[initial_conditions]
 orbits = 20
 seed = 3
-[run]
+[options]
 step = 0.1
 scheme = "KAHAN_LI8"
 threads = 2
@@ -52,13 +62,13 @@ hamiltonian = "a*x**2 + b*y**2"
 parameter = {a = 1.0, b = 2}
 coordinates = "x y"
 domain = "9 - x"
-[surface]
+[energy_surface]
 energy = 1
-[starts]
+[initial_conditions]
 grid = [3, 4]
-range1 = [-0.1, 0.2]
-range2 = "-0.1:0.1"
-[run]
+q_range = [-0.1, 0.2]
+p_range = "-0.1:0.1"
+[options]
 accuracy = 1e-9
 [integrate]
 time = 1.0
@@ -241,15 +251,15 @@ def test_each_field_takes_what_it_takes(table, key):
 def test_each_field_in_python(table, key):
     for value in WILD:
         given = {"time": 1.0} if table == "integrate" else {}
-        job, said = made(**{"integrate": Motion(time=1.0), table: TABLES[table](**{**given, key: value})})
+        job, said = made(**{"integrate": IntegrateOptions(time=1.0), table: TABLES[table](**{**given, key: value})})
         assert said is None or (f"{table}.{key}" in said and "\n" not in said)
         assert job is None or Job.parsed(job.text()) == job
 
 
-@pytest.mark.parametrize("name", [*TABLES, "unit"])
+@pytest.mark.parametrize("name", [*TABLES, "chunk"])
 def test_each_table_in_python(name):
     for value in [*WILD, *WORDS, *NUMBERS, *OTHERS]:
-        _, said = made(**{"frequency_map": Frequencies(), name: value})
+        _, said = made(**{"frequency_map": FrequencyOptions(), name: value})
         assert said is None or name in said or "nothing is to be computed" in said or name == "model"
         assert said is None or len(said) < 600
 
@@ -257,24 +267,24 @@ def test_each_table_in_python(name):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[surface]\nenergi = 1.0", "Did you mean energy"),
-        ("[surfac]\nenergy = 1.0", "Did you mean surface"),
-        ("surface = 1", "must be a table"),
-        ("[[surface]]\nenergy = 1", "must be a table"),
+        ("[energy_surface]\nenergi = 1.0", "Did you mean energy"),
+        ("[energy_surfac]\nenergy = 1.0", "Did you mean energy_surface"),
+        ("energy_surface = 1", "must be a table"),
+        ("[[energy_surface]]\nenergy = 1", "must be a table"),
         ("[integrate]", "needs 'time'"),
-        ("[surface]\nenergy = 1", "nothing is to be computed"),
+        ("[energy_surface]\nenergy = 1", "nothing is to be computed"),
         ("", "nothing is to be computed"),
-        ("unit = 0\n[action_angles]", "unit must be at least 1"),
-        ("unit = 1e3\n[action_angles]", "unit must be a whole number"),
-        (f"unit = 1{'0' * 30}\n[action_angles]", "unit must be at most"),
-        ("[surface]\nenergy = nan", "energy must be finite"),
-        (f"[surface]\nenergy = 1{'0' * 400}", "energy must be finite"),
-        (f"[surface]\nenergy = {'9' * 6000}", "job.toml"),
+        ("chunk = 0\n[action_angles]", "chunk must be at least 1"),
+        ("chunk = 1e3\n[action_angles]", "chunk must be a whole number"),
+        (f"chunk = 1{'0' * 30}\n[action_angles]", "chunk must be at most"),
+        ("[energy_surface]\nenergy = nan", "energy must be finite"),
+        (f"[energy_surface]\nenergy = 1{'0' * 400}", "energy must be finite"),
+        (f"[energy_surface]\nenergy = {'9' * 6000}", "job.toml"),
         ("a = " + "[" * 5000 + "]" * 5000, "within one another"),
-        ("[surface]\nenergy = " + "[" * 900 + "]" * 900, "job.toml"),
+        ("[energy_surface]\nenergy = " + "[" * 900 + "]" * 900, "job.toml"),
         (f"[model]\nparameter.{'.'.join('a' * 3000)} = 1", "job.toml"),
         ("[integrate]\ntime = 1\n[integrate]\ntime = 2", "no TOML"),
-        ("[integrate]\ntime = 1\n[run]\nscheme = 3", "scheme"),
+        ("[integrate]\ntime = 1\n[options]\nscheme = 3", "scheme"),
         ("\x00", "no TOML"),
     ],
 )
@@ -287,58 +297,110 @@ def test_what_is_said(text, said):
 # --- plans --------------------------------------------------------------------------------------------------------
 
 HH = Model(model="henon-heiles")
-LOW = Surface(energy=0.1)
-BOX = {"range1": "-0.1:0.1", "range2": "-0.1:0.1"}
+LOW = EnergySurface(energy=0.1)
+BOX = {"q_range": "-0.1:0.1", "p_range": "-0.1:0.1"}
 WRONG = {
-    "grid of a million rows": (Starts(grid="1000000x1000000", **BOX), {}, "--grid asks for|grid asks for"),
-    "grid of one row": (Starts(grid="1x1000000000000", **BOX), {}, "grid asks for"),
-    "grid of one column": (Starts(grid="1000000000000x1", **BOX), {}, "grid asks for"),
-    "grid beyond numbers": (Starts(grid=f"{10**30}x2", **BOX), {}, "grid asks for"),
-    "orbits": (Starts(orbits=10**15), {}, "orbits asks for"),
-    "orbits beyond numbers": (Starts(orbits=10**30), {}, "orbits asks for"),
-    "crossings": (Starts(grid="2x2", **BOX), {"poincare": Poincare(crossings=10**12)}, "crossings asks for|max_time"),
-    "samples": (Starts(grid="2x2", **BOX), {"integrate": Motion(time=1.0, samples=10**12)}, "samples asks for"),
-    "time": (Starts(grid="2x2", **BOX), {"integrate": Motion(time=1e300)}, "no run comes to its end"),
-    "negative time": (Starts(grid="2x2", **BOX), {"integrate": Motion(time=-1.0)}, "time must be"),
-    "no time": (Starts(grid="2x2", **BOX), {"frequency_map": Frequencies(time=0.0)}, "time must be positive"),
-    "indicators": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(indicators="megno,")}, "indicators must be one of"),
-    "both times": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(time=1.0, periods=2.0)}, "not both"),
-    "accuracy": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(time=1.0), "run": Run(accuracy=1e-9)}, "accuracy"),
-    "step": (Starts(grid="2x2", **BOX), {"run": Run(step=0.0)}, "step must be positive"),
-    "threads": (Starts(grid="2x2", **BOX), {"run": Run(threads=0)}, "threads must be"),
-    "scheme": (Starts(grid="2x2", **BOX), {"run": Run(scheme="EULER")}, "scheme"),
-    "seed": (Starts(orbits=5, seed=-1), {}, "seed must be at least 0"),
-    "no orbits": (Starts(orbits=0), {}, "orbits must be at least 1"),
-    "grid and orbits": (Starts(orbits=5, grid="2x2"), {}, "not both"),
-    "grid of text": (Starts(grid="axb"), {}, "grid must be"),
-    "range": (Starts(grid="2x2", range1="1:0"), {}, "range1 must be LOW:HIGH"),
-    "range of nan": (Starts(grid="2x2", range1="nan:1"), {}, "range1 must be LOW:HIGH"),
-    "range beyond the energy": (Starts(grid="2x2", range1="0.6:0.7", range2="5:6"), {}, "energy reaches no point"),
-    "energy": (Starts(), {"surface": Surface()}, "energy is required"),
-    "energy below": (Starts(), {"surface": Surface(energy=-1.0)}, "below the minimum 0"),
-    "energy that is huge": (Starts(), {"surface": Surface(energy=1e300)}, "range1"),
-    "momentum": (Starts(), {"surface": Surface(energy=0.1, p_eta=1.0)}, "p_eta"),
-    "section": (Starts(), {"surface": Surface(energy=0.1, section="z=1")}, "section must be one of"),
-    "section of nan": (Starts(), {"surface": Surface(energy=0.1, section="x=nan")}, "finite|nan"),
+    "grid of a million rows": (InitialConditions(grid="1000000x1000000", **BOX), {}, "--grid asks for|grid asks for"),
+    "grid of one row": (InitialConditions(grid="1x1000000000000", **BOX), {}, "grid asks for"),
+    "grid of one column": (InitialConditions(grid="1000000000000x1", **BOX), {}, "grid asks for"),
+    "grid beyond numbers": (InitialConditions(grid=f"{10**30}x2", **BOX), {}, "grid asks for"),
+    "orbits": (InitialConditions(orbits=10**15), {}, "orbits asks for"),
+    "orbits beyond numbers": (InitialConditions(orbits=10**30), {}, "orbits asks for"),
+    "crossings": (
+        InitialConditions(grid="2x2", **BOX),
+        {"poincare": PoincareOptions(crossings=10**12)},
+        "crossings asks for|max_time",
+    ),
+    "samples": (
+        InitialConditions(grid="2x2", **BOX),
+        {"integrate": IntegrateOptions(time=1.0, samples=10**12)},
+        "samples asks for",
+    ),
+    "time": (
+        InitialConditions(grid="2x2", **BOX),
+        {"integrate": IntegrateOptions(time=1e300)},
+        "no run comes to its end",
+    ),
+    "negative time": (InitialConditions(grid="2x2", **BOX), {"integrate": IntegrateOptions(time=-1.0)}, "time must be"),
+    "no time": (
+        InitialConditions(grid="2x2", **BOX),
+        {"frequency_map": FrequencyOptions(time=0.0)},
+        "time must be positive",
+    ),
+    "indicators": (
+        InitialConditions(grid="2x2", **BOX),
+        {"chaos_map": ChaosOptions(indicators="megno,")},
+        "indicators must be one of",
+    ),
+    "both times": (
+        InitialConditions(grid="2x2", **BOX),
+        {"chaos_map": ChaosOptions(time=1.0, returns=2.0)},
+        "not both",
+    ),
+    "accuracy": (
+        InitialConditions(grid="2x2", **BOX),
+        {"chaos_map": ChaosOptions(time=1.0), "options": RunOptions(accuracy=1e-9)},
+        "accuracy",
+    ),
+    "step": (InitialConditions(grid="2x2", **BOX), {"options": RunOptions(step=0.0)}, "step must be positive"),
+    "threads": (InitialConditions(grid="2x2", **BOX), {"options": RunOptions(threads=0)}, "threads must be"),
+    "scheme": (InitialConditions(grid="2x2", **BOX), {"options": RunOptions(scheme="EULER")}, "scheme"),
+    "seed": (InitialConditions(orbits=5, seed=-1), {}, "seed must be at least 0"),
+    "no orbits": (InitialConditions(orbits=0), {}, "orbits must be at least 1"),
+    "grid and orbits": (InitialConditions(orbits=5, grid="2x2"), {}, "not both"),
+    "grid of text": (InitialConditions(grid="axb"), {}, "grid must be"),
+    "range": (InitialConditions(grid="2x2", q_range="1:0"), {}, "q_range must be LOW:HIGH"),
+    "range of nan": (InitialConditions(grid="2x2", q_range="nan:1"), {}, "q_range must be LOW:HIGH"),
+    "range beyond the energy": (
+        InitialConditions(grid="2x2", q_range="0.6:0.7", p_range="5:6"),
+        {},
+        "energy reaches no point",
+    ),
+    "energy": (InitialConditions(), {"energy_surface": EnergySurface()}, "energy is required"),
+    "energy below": (InitialConditions(), {"energy_surface": EnergySurface(energy=-1.0)}, "below the minimum 0"),
+    "energy that is huge": (InitialConditions(), {"energy_surface": EnergySurface(energy=1e300)}, "q_range"),
+    "momentum": (InitialConditions(), {"energy_surface": EnergySurface(energy=0.1, p_eta=1.0)}, "p_eta"),
+    "section": (
+        InitialConditions(),
+        {"energy_surface": EnergySurface(energy=0.1, section="z=1")},
+        "section must be one of",
+    ),
+    "section of nan": (
+        InitialConditions(),
+        {"energy_surface": EnergySurface(energy=0.1, section="x=nan")},
+        "finite|nan",
+    ),
     "section of a body": (
-        Starts(),
-        {"surface": Surface(energy=0.1, section="alpha=1")},
+        InitialConditions(),
+        {"energy_surface": EnergySurface(energy=0.1, section="alpha=1")},
         "section must be one of x=c, y=c",
     ),
-    "direction": (Starts(), {"surface": Surface(energy=0.1, direction="++1")}, "direction must be"),
-    "direction 2": (Starts(), {"surface": Surface(energy=0.1, direction="2")}, "direction must be"),
-    "model": (Starts(), {"model": Model(model="henon")}, "Did you mean henon-"),
-    "parameter of a model": (Starts(), {"model": Model(model="harmonic", K=1.0)}, "not a parameter"),
-    "parameter twice": (Starts(), {"model": Model(hamiltonian="a*x", parameter=["a=1", "a=2"])}, "twice"),
-    "parameter of nan": (Starts(), {"model": Model(hamiltonian="a*x", parameter=["a=nan"])}, "finite|nan"),
-    "code": (Starts(), {"model": Model(hamiltonian="__import__('os').system('x')")}, "."),
-    "power tower": (Starts(), {"model": Model(hamiltonian="9**9**9**9**9*x")}, "."),
-    "long formula": (Starts(), {"model": Model(hamiltonian="(" * 3000 + "x" + ")" * 3000)}, "."),
-    "masses": (Starts(), {"model": Model(hamiltonian="x", parameter=["masses=1"])}, "masses"),
-    "file and grid": (Starts(file="a.npy", grid="2x2"), {}, "not both"),
-    "file with a null": (Starts(file="a\x00b"), {}, "file"),
-    "mu": (Starts(), {"model": Model(mu=-1.0)}, "mu"),
-    "actions of a system that has none": (Starts(grid="2x2", **BOX), {"action_angles": fa.jobs.Actions()}, "."),
+    "direction": (
+        InitialConditions(),
+        {"energy_surface": EnergySurface(energy=0.1, direction="++1")},
+        "direction must be",
+    ),
+    "direction 2": (
+        InitialConditions(),
+        {"energy_surface": EnergySurface(energy=0.1, direction="2")},
+        "direction must be",
+    ),
+    "model": (InitialConditions(), {"model": Model(model="henon")}, "Did you mean henon-"),
+    "parameter of a model": (InitialConditions(), {"model": Model(model="harmonic", K=1.0)}, "not a parameter"),
+    "parameter twice": (InitialConditions(), {"model": Model(hamiltonian="a*x", parameter=["a=1", "a=2"])}, "twice"),
+    "parameter of nan": (InitialConditions(), {"model": Model(hamiltonian="a*x", parameter=["a=nan"])}, "finite|nan"),
+    "code": (InitialConditions(), {"model": Model(hamiltonian="__import__('os').system('x')")}, "."),
+    "power tower": (InitialConditions(), {"model": Model(hamiltonian="9**9**9**9**9*x")}, "."),
+    "long formula": (InitialConditions(), {"model": Model(hamiltonian="(" * 3000 + "x" + ")" * 3000)}, "."),
+    "masses": (InitialConditions(), {"model": Model(hamiltonian="x", parameter=["masses=1"])}, "masses"),
+    "file and grid": (InitialConditions(file="a.npy", grid="2x2"), {}, "not both"),
+    "file with a null": (InitialConditions(file="a\x00b"), {}, "file"),
+    "mu": (InitialConditions(), {"model": Model(mu=-1.0)}, "mu"),
+    "actions of a system that has none": (
+        InitialConditions(grid="2x2", **BOX),
+        {"action_angles": fa.jobs.ActionAngleOptions()},
+        ".",
+    ),
 }
 
 
@@ -349,9 +411,9 @@ def test_jobs_that_do_not_fit(name, tmp_path):
     analysis = (
         {}
         if set(given) & {"poincare", "chaos_map", "frequency_map", "integrate", "action_angles"}
-        else {"integrate": Motion(time=0.1)}
+        else {"integrate": IntegrateOptions(time=0.1)}
     )
-    job = Job(**{"model": HH, "surface": LOW, "starts": starts, **analysis, **given})
+    job = Job(**{"model": HH, "energy_surface": LOW, "initial_conditions": starts, **analysis, **given})
     for store in (tmp_path / "s", None):
         with pytest.raises((ValueError, TypeError), match=said) as caught:
             fa.run(job, store)
@@ -360,10 +422,16 @@ def test_jobs_that_do_not_fit(name, tmp_path):
 
 
 def test_units_that_are_more_than_all(tmp_path):
-    job = Job(model=HH, surface=LOW, starts=Starts(grid="2x2", **BOX), integrate=Motion(time=0.1), unit=2**53)
+    job = Job(
+        model=HH,
+        energy_surface=LOW,
+        initial_conditions=InitialConditions(grid="2x2", **BOX),
+        integrate=IntegrateOptions(time=0.1),
+        chunk=2**53,
+    )
     assert fa.run(job, tmp_path / "s").complete
     for memory in (1.0, 0.0, -1.0, np.nan, "x", True):
-        with pytest.raises((ValueError, TypeError), match=r"memory|unit must be at most"):
+        with pytest.raises((ValueError, TypeError), match=r"memory|chunk must be at most"):
             fa.run(job, tmp_path / "t", memory=memory)
 
 
@@ -380,21 +448,31 @@ def test_units_that_are_more_than_all(tmp_path):
     ],
 )
 def test_starts_that_are_none(array, tmp_path):
-    with pytest.raises((ValueError, TypeError), match="starts must be"):
-        Job(model=HH, starts=array, integrate=Motion(time=0.1)).plan()
+    with pytest.raises((ValueError, TypeError), match="initial_conditions must be"):
+        Job(model=HH, initial_conditions=array, integrate=IntegrateOptions(time=0.1)).plan()
     np.save(tmp_path / "z.npy", array, allow_pickle=True)
-    with pytest.raises((ValueError, TypeError), match=r"starts must be|file .* must"):
-        Job(model=HH, starts=Starts(file=str(tmp_path / "z.npy")), integrate=Motion(time=0.1)).plan()
+    with pytest.raises((ValueError, TypeError), match=r"initial_conditions must be|file .* must"):
+        Job(
+            model=HH,
+            initial_conditions=InitialConditions(file=str(tmp_path / "z.npy")),
+            integrate=IntegrateOptions(time=0.1),
+        ).plan()
 
 
 @pytest.mark.parametrize("content", [b"", b"\x93NUMPY", b"PK\x03\x04", b"not numbers", b"\x80\x04\x95"])
 def test_files_that_hold_no_starts(content, tmp_path):
     (tmp_path / "z.npy").write_bytes(content)
-    job = Job(model=HH, starts=Starts(file=str(tmp_path / "z.npy")), integrate=Motion(time=0.1))
+    job = Job(
+        model=HH,
+        initial_conditions=InitialConditions(file=str(tmp_path / "z.npy")),
+        integrate=IntegrateOptions(time=0.1),
+    )
     with pytest.raises(ValueError, match=r"file .*z\.npy must be"):
         job.plan()
     with pytest.raises(OSError, match="nowhere"):
-        Job(model=HH, starts=Starts(file="nowhere.npy"), integrate=Motion(time=0.1)).plan()
+        Job(
+            model=HH, initial_conditions=InitialConditions(file="nowhere.npy"), integrate=IntegrateOptions(time=0.1)
+        ).plan()
 
 
 # --- right ones ---------------------------------------------------------------------------------------------------
@@ -433,8 +511,8 @@ def some(kind):
     st.fixed_dictionaries({name: some(kind) for name, kind in TABLES.items() if name != "scan"}),
     st.none() | st.integers(1, 2**53),
 )
-def test_text_and_back(tables, unit):
-    job = Job(**tables, unit=unit)
+def test_text_and_back(tables, chunk):
+    job = Job(**tables, chunk=chunk)
     again = Job.parsed(job.text())
     assert again == job
     assert again.text() == job.text()
@@ -442,13 +520,17 @@ def test_text_and_back(tables, unit):
 
 
 def test_text_keeps_the_sign_of_zero():
-    job = Job(surface=Surface(p_gamma=-0.0), integrate=Motion(time=1.0))
+    job = Job(energy_surface=EnergySurface(p_gamma=-0.0), integrate=IntegrateOptions(time=1.0))
     assert repr(Job.parsed(job.text())) == repr(job)
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64, np.int8, int])
 def test_numbers_of_numpy(kind):
-    job = Job(surface=Surface(energy=kind(2)), integrate=Motion(time=kind(3), samples=int(kind(1))), unit=np.int64(5))
+    job = Job(
+        energy_surface=EnergySurface(energy=kind(2)),
+        integrate=IntegrateOptions(time=kind(3), samples=int(kind(1))),
+        chunk=np.int64(5),
+    )
     assert Job.parsed(job.text()) == job
     assert "np." not in job.text()
 
@@ -456,11 +538,13 @@ def test_numbers_of_numpy(kind):
 def test_each_front_end_names_an_option_its_own_way(here, capsys):
     """Python by its argument, the shell by its flag, a file by its key."""
     with pytest.raises(ValueError, match=r"^energy is required: the energy"):
-        Job(model=HH, poincare=fa.jobs.Poincare()).plan()
-    with pytest.raises(ValueError, match=r"^give time or periods, not both"):
-        Job(model=HH, surface=LOW, chaos_map=fa.jobs.Chaos(time=1.0, periods=2.0)).chaos_map.check(fa.jobs.Run())
+        Job(model=HH, poincare=fa.jobs.PoincareOptions()).plan()
+    with pytest.raises(ValueError, match=r"^give time or returns, not both"):
+        Job(model=HH, energy_surface=LOW, chaos_map=fa.jobs.ChaosOptions(time=1.0, returns=2.0)).chaos_map.check(
+            fa.jobs.RunOptions()
+        )
     assert main(["poincare", "--model", "henon-heiles"]) == 2
     assert "error: --energy is required: the energy" in capsys.readouterr().err
     (here / "a.toml").write_text("[poincare]\n")
     assert main(["run", "a.toml"]) == 2
-    assert "error: a.toml: [surface] energy is required" in capsys.readouterr().err
+    assert "error: a.toml: [energy_surface] energy is required" in capsys.readouterr().err

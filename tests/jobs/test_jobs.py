@@ -1,5 +1,5 @@
-"""A job has the same bits in memory and in a store, for any threads, units, executors, order and interruption, and goes
-on where it was stopped, whatever stopped it.
+"""A job has the same bits in memory and in a store, for any threads, chunks, executors, order and interruption, and
+goes on where it was stopped, whatever stopped it.
 """
 
 import dataclasses
@@ -18,17 +18,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from job_cases import CELLS, JOBS, LARGE, MOTION, ONES, TEXT, bits, chunks
+from job_cases import CELLS, JOBS, LARGE, MOTION, ONES, TEXT, bits, pieces
 
 import fastaff as fa
-from fastaff.jobs import Chaos, Frequencies, Job, Motion, Poincare, Run, Starts, Surface, running, units, watching
+from fastaff.jobs import (
+    ChaosOptions,
+    EnergySurface,
+    FrequencyOptions,
+    InitialConditions,
+    IntegrateOptions,
+    Job,
+    PoincareOptions,
+    RunOptions,
+    chunks,
+    running,
+    watching,
+)
 from fastaff.jobs import store as stores
 from fastaff.jobs.launch import BLOCK
 from fastaff.jobs.running import begin
 from fastaff.jobs.store import Store
 
 ROOT = Path(__file__).parents[1]
-MODEST = replace(CELLS, poincare=None, unit=7)
+MODEST = replace(CELLS, poincare=None, chunk=7)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +61,7 @@ def whole():
 
 @pytest.mark.parametrize("name", JOBS)
 def test_a_store_has_the_bits_of_a_run_in_memory(name, whole, tmp_path):
-    stored = fa.run(replace(JOBS[name], unit=7), tmp_path / "s")
+    stored = fa.run(replace(JOBS[name], chunk=7), tmp_path / "s")
     assert bits(stored) == whole(name)
     assert stored.complete
     assert bits(fa.run(JOBS[name], threads=2)) == whole(name)
@@ -57,16 +69,16 @@ def test_a_store_has_the_bits_of_a_run_in_memory(name, whole, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("unit", [1, 7, 64, 1000])
+@pytest.mark.parametrize("chunk", [1, 7, 64, 1000])
 @pytest.mark.parametrize("name", JOBS)
-def test_any_unit_and_threads_of_all(name, unit, threads, whole, tmp_path):
-    assert bits(fa.run(replace(JOBS[name], unit=unit), tmp_path / "s", threads=threads)) == whole(name)
+def test_any_unit_and_threads_of_all(name, chunk, threads, whole, tmp_path):
+    assert bits(fa.run(replace(JOBS[name], chunk=chunk), tmp_path / "s", threads=threads)) == whole(name)
 
 
 def test_the_grid_has_whole_units_beyond_the_energy(tmp_path):
     done = fa.run(MODEST, tmp_path / "s")
     store = Store(tmp_path / "s")
-    states = [set(store.state(number)) for number in range(store.units)]
+    states = [set(store.state(number)) for number in range(store.chunks)]
     assert {0} in states
     assert {1} in states or {0, 1} in states
     assert len(done.place) == len(done["integrate"].status) < store.orbits
@@ -76,24 +88,24 @@ def test_the_grid_has_whole_units_beyond_the_energy(tmp_path):
 
 @pytest.mark.parametrize("name", ["cells", "text", "own starts", "1e8"])
 def test_the_bits_of_the_plain_call(name, tmp_path):
-    job = replace(JOBS[name], unit=7)
+    job = replace(JOBS[name], chunk=7)
     stored, plan = fa.run(job, tmp_path / "s"), job.plan()
     there = Store(tmp_path / "s").finished() == 1
     z0 = np.ascontiguousarray(Store(tmp_path / "s").root["launch/z0"][:][:, there])
     plain = {}
     if job.integrate:
-        plain["integrate"] = fa.integrate(plan.body, z0, time=5.0, samples=2, step=job.run.step)
+        plain["integrate"] = fa.integrate(plan.model, z0, time=5.0, samples=2, step=job.options.step)
     if job.poincare:
-        options = {"crossings": 3, "max_time": job.poincare.max_time, "step": job.run.step}
-        plain["poincare"] = fa.poincare_map(plan.body, z0, section=plan.section, **options)
+        options = {"crossings": 3, "max_time": job.poincare.max_time, "step": job.options.step}
+        plain["poincare"] = fa.poincare_map(plan.model, z0, section=plan.section, **options)
     if job.frequency_map:
-        plain["frequency_map"] = fa.frequency_map(plan.body, z0, time=40.0)
+        plain["frequency_map"] = fa.frequency_map(plan.model, z0, time=40.0)
     assert bits(stored) == bits(plain)
 
 
 def test_starts_of_a_file(tmp_path, whole):
     np.save(tmp_path / "z.npy", ONES)
-    job = replace(JOBS["own starts"], starts=Starts(file=str(tmp_path / "z.npy")), unit=7)
+    job = replace(JOBS["own starts"], initial_conditions=InitialConditions(file=str(tmp_path / "z.npy")), chunk=7)
     assert bits(fa.run(job, tmp_path / "s")) == whole("own starts")
     (tmp_path / "z.npy").unlink()  # the store has them
     assert bits(fa.resume(tmp_path / "s")) == whole("own starts")
@@ -101,51 +113,56 @@ def test_starts_of_a_file(tmp_path, whole):
 
 def test_starts_of_a_file_that_became_another(tmp_path):
     np.save(tmp_path / "z.npy", ONES)
-    job = replace(JOBS["own starts"], starts=Starts(file=str(tmp_path / "z.npy")), unit=7)
+    job = replace(JOBS["own starts"], initial_conditions=InitialConditions(file=str(tmp_path / "z.npy")), chunk=7)
     fa.run(job, tmp_path / "s")
     np.save(tmp_path / "z.npy", ONES + 1e-9)
-    with pytest.raises(ValueError, match=r"holds another job: \[starts\]"):
+    with pytest.raises(ValueError, match=r"holds another job: \[initial_conditions\]"):
         fa.run(job, tmp_path / "s")
 
 
 def test_random_starts_across_blocks(tmp_path):
-    """The points do not depend on units; those of a longer job begin with those of a shorter."""
-    job = replace(JOBS["library"], run=Run(step=0.5), integrate=Motion(time=0.5), starts=Starts(orbits=BLOCK + 30))
-    long = fa.run(replace(job, unit=700), tmp_path / "s")
+    """The points do not depend on chunks; those of a longer job begin with those of a shorter."""
+    job = replace(
+        JOBS["library"],
+        options=RunOptions(step=0.5),
+        integrate=IntegrateOptions(time=0.5),
+        initial_conditions=InitialConditions(orbits=BLOCK + 30),
+    )
+    long = fa.run(replace(job, chunk=700), tmp_path / "s")
     assert bits(long) == bits(fa.run(job))
-    short = fa.run(replace(job, starts=Starts(orbits=50)))
+    short = fa.run(replace(job, initial_conditions=InitialConditions(orbits=50)))
     assert np.array_equal(short["integrate"].z, long["integrate"].z[..., :50])
-    other = fa.run(replace(job, starts=Starts(orbits=50, seed=1)))
+    other = fa.run(replace(job, initial_conditions=InitialConditions(orbits=50, seed=1)))
     assert not np.isin(other["integrate"].z, short["integrate"].z).any()
 
 
 def test_any_order_and_interruption(tmp_path, whole):
-    job = replace(CELLS, unit=7)
+    job = replace(CELLS, chunk=7)
     fa.run(job, tmp_path / "one")
     stores_ = tmp_path / "other"
-    count = begin(job, stores_).units
+    count = begin(job, stores_).chunks
     for number in np.random.default_rng(1).permutation(count)[: count // 2]:
-        units.compute_unit(str(stores_), int(number), 1)
+        chunks.compute_chunk(str(stores_), int(number), 1)
     half = fa.jobs.JobResults.stored(stores_)
     assert not half.complete
     assert 0 < len(half["integrate"].status) < len(fa.run(job)["integrate"].status)
-    units.compute_unit(str(stores_), 3, 2)
-    units.compute_unit(str(stores_), 3, 1)
+    chunks.compute_chunk(str(stores_), 3, 2)
+    chunks.compute_chunk(str(stores_), 3, 1)
     assert bits(fa.resume(stores_)) == whole("cells")
-    assert chunks(stores_) == chunks(tmp_path / "one")
+    assert pieces(stores_) == pieces(tmp_path / "one")
 
 
 def test_ctrl_c_keeps_what_is_finished(tmp_path, whole):
-    def ring(progress, unit):
+    def ring(progress, chunk):
         if progress.orbits > 30:
             raise KeyboardInterrupt
 
     with pytest.raises(fa.Interrupted) as stopped:
-        fa.run(replace(CELLS, unit=7), tmp_path / "s", watch=ring)
+        fa.run(replace(CELLS, chunk=7), tmp_path / "s", on_chunk=ring)
     partial = stopped.value.partial
     assert not partial.complete
     assert np.count_nonzero(Store(tmp_path / "s").finished() >= 0) == 35
-    assert bits(fa.run(replace(CELLS, unit=7), tmp_path / "s")) == whole("cells")
+    assert bits(fa.run(replace(CELLS, chunk=7), tmp_path / "s")) == whole("cells")
 
 
 def test_a_store_without_a_finished_unit_has_empty_results(tmp_path):
@@ -162,31 +179,31 @@ def test_a_store_without_a_finished_unit_has_empty_results(tmp_path):
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_pool_of_threads(threads, tmp_path, whole):
     with ThreadPoolExecutor(2) as pool:
-        assert bits(fa.run(replace(CELLS, unit=7), tmp_path / "s", executor=pool, threads=threads)) == whole("cells")
+        assert bits(fa.run(replace(CELLS, chunk=7), tmp_path / "s", executor=pool, threads=threads)) == whole("cells")
 
 
 def test_a_pool_of_processes(tmp_path, whole):
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(2, mp_context=context) as pool:
-        assert bits(fa.run(replace(CELLS, unit=7), tmp_path / "s", executor=pool)) == whole("cells")
-        large = replace(JOBS["1e8"], unit=7)
+        assert bits(fa.run(replace(CELLS, chunk=7), tmp_path / "s", executor=pool)) == whole("cells")
+        large = replace(JOBS["1e8"], chunk=7)
         assert bits(fa.run(large, tmp_path / "t", executor=pool)) == whole("1e8")
 
 
 @pytest.mark.race
 def test_workers_that_die(tmp_path, whole, monkeypatch):
     """What is finished stays."""
-    monkeypatch.setattr(watching, "PENDING", 2)  # most units are not handed over yet when the first is finished
+    monkeypatch.setattr(watching, "PENDING", 2)  # most chunks are not handed over yet when the first is finished
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
 
-        def kill(progress, unit):
+        def kill(progress, chunk):
             for worker in list(pool._processes or ()):
                 os.kill(worker, signal.SIGKILL)
 
         with pytest.raises(BrokenProcessPool, match="abruptly"):
-            fa.run(replace(CELLS, unit=1), tmp_path / "s", executor=pool, watch=kill)
+            fa.run(replace(CELLS, chunk=1), tmp_path / "s", executor=pool, on_chunk=kill)
     assert 0 < np.count_nonzero(Store(tmp_path / "s").finished() >= 0) < 66
-    assert bits(fa.run(replace(CELLS, unit=1), tmp_path / "s")) == whole("cells")
+    assert bits(fa.run(replace(CELLS, chunk=1), tmp_path / "s")) == whole("cells")
 
 
 @pytest.mark.parametrize("executor", [1, "x", [], object(), multiprocessing, len])
@@ -218,29 +235,29 @@ class Later:
 
 
 class Failing:
-    """An executor whose work fails after some units."""
+    """An executor whose work fails after some chunks."""
 
-    def __init__(self, units, problem):
-        self.units, self.problem = units, problem
+    def __init__(self, chunks, problem):
+        self.chunks, self.problem = chunks, problem
 
     def submit(self, function, *arguments):
-        if self.units == 0:
+        if self.chunks == 0:
 
             def function(*_):
                 raise self.problem
 
-        self.units -= 1
+        self.chunks -= 1
         return Later(function, *arguments)
 
 
 def test_futures_that_know_little(tmp_path, whole):
-    assert bits(fa.run(replace(CELLS, unit=7), tmp_path / "s", executor=Failing(-1, None))) == whole("cells")
+    assert bits(fa.run(replace(CELLS, chunk=7), tmp_path / "s", executor=Failing(-1, None))) == whole("cells")
 
 
 @pytest.mark.parametrize("problem", [RuntimeError("the node is gone"), OSError(errno.ENOSPC, "No space left")])
 def test_a_worker_that_fails(problem, tmp_path, whole):
     with pytest.raises(type(problem), match=r"the node is gone|No space left"):
-        fa.run(replace(CELLS, unit=7), tmp_path / "s", executor=Failing(4, problem))
+        fa.run(replace(CELLS, chunk=7), tmp_path / "s", executor=Failing(4, problem))
     assert np.count_nonzero(Store(tmp_path / "s").finished() >= 0) == 28
     assert bits(fa.resume(tmp_path / "s")) == whole("cells")
 
@@ -249,7 +266,7 @@ def test_an_executor_that_refuses_work(tmp_path, whole):
     pool = ThreadPoolExecutor(1)
     pool.shutdown()
     with pytest.raises(RuntimeError, match="shutdown"):
-        fa.run(replace(CELLS, unit=7), tmp_path / "s", executor=pool)
+        fa.run(replace(CELLS, chunk=7), tmp_path / "s", executor=pool)
     assert bits(fa.resume(tmp_path / "s")) == whole("cells")
 
 
@@ -264,7 +281,7 @@ def test_a_cancelled_future(tmp_path, whole):
     from concurrent.futures import CancelledError
 
     with pytest.raises(CancelledError):
-        fa.run(replace(CELLS, unit=7), tmp_path / "s", executor=Cancelling())
+        fa.run(replace(CELLS, chunk=7), tmp_path / "s", executor=Cancelling())
     assert bits(fa.resume(tmp_path / "s")) == whole("cells")
 
 
@@ -274,7 +291,7 @@ def test_a_cancelled_future(tmp_path, whole):
 def test_a_cluster_of_two_workers_one_of_which_is_killed(tmp_path, whole):
     from distributed import Client, LocalCluster
 
-    fa.run(replace(CELLS, unit=2), tmp_path / "one")
+    fa.run(replace(CELLS, chunk=2), tmp_path / "one")
     with (
         LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
@@ -284,15 +301,15 @@ def test_a_cluster_of_two_workers_one_of_which_is_killed(tmp_path, whole):
         pids = list(client.run(os.getpid).values())
         killed = []
 
-        def kill(progress, unit):
+        def kill(progress, chunk):
             if progress.orbits > 20 and not killed:
                 killed.append(pids[0])
                 os.kill(pids[0], signal.SIGKILL)
 
-        done = fa.run(replace(CELLS, unit=2), tmp_path / "s", executor=client.get_executor(), watch=kill)
+        done = fa.run(replace(CELLS, chunk=2), tmp_path / "s", executor=client.get_executor(), on_chunk=kill)
         assert killed
     assert bits(done) == whole("cells")
-    assert chunks(tmp_path / "s") == chunks(tmp_path / "one")
+    assert pieces(tmp_path / "s") == pieces(tmp_path / "one")
 
 
 # --- what stops a run ---------------------------------------------------------------------------------------------
@@ -306,7 +323,7 @@ from thorough import TIMES
 import fastaff as fa
 {first}
 print("ready", flush=True)
-fa.run(replace(CELLS, unit=2), {path!r}{more})
+fa.run(replace(CELLS, chunk=2), {path!r}{more})
 print("done", flush=True)
 """
 
@@ -324,7 +341,7 @@ def ended(process):
 
 def test_what_killed_writers_left_goes(tmp_path, whole):
     """Pieces of chunks in the store that Zarr was writing, the old ones; drafts of stores: `test_placing.py`."""
-    begin(replace(CELLS, unit=7), tmp_path / "s")
+    begin(replace(CELLS, chunk=7), tmp_path / "s")
     chunk = next((tmp_path / "s" / "integrate" / "z").glob("c/*/*"), tmp_path / "s" / "integrate" / "z" / "c" / "0")
     chunk.mkdir(parents=True, exist_ok=True)
     old, young, mine = f"0.{'a1' * 16}.partial", f"0.{'b2' * 16}.partial", "mine.partial"
@@ -337,7 +354,7 @@ def test_what_killed_writers_left_goes(tmp_path, whole):
 
 def test_starts_of_ones_own_are_there_before_the_store_is(tmp_path, monkeypatch):
     """Killed while they were written, there would be a store without them."""
-    job = replace(JOBS["own starts"], unit=7)
+    job = replace(JOBS["own starts"], chunk=7)
 
     def stop(*_):
         raise KeyboardInterrupt
@@ -363,13 +380,13 @@ def test_a_full_disk(after, tmp_path, whole, monkeypatch):
 
     monkeypatch.setattr(_local, "_put", put)
     with pytest.raises(OSError, match="No space left") as caught:
-        fa.run(replace(CELLS, unit=7), tmp_path / "s")
+        fa.run(replace(CELLS, chunk=7), tmp_path / "s")
     monkeypatch.undo()
     assert str(tmp_path / "s") in str(caught.value.filename)
     assert (f"go on with: fastaff resume {tmp_path / 's'}" in str(caught.value)) == (tmp_path / "s").exists()
     assert not [entry for entry in tmp_path.rglob("*") if entry.name.endswith(".partial")]
     assert [entry.name for entry in tmp_path.iterdir()] == (["s"] if (tmp_path / "s").exists() else [])
-    assert bits(fa.run(replace(CELLS, unit=7), tmp_path / "s")) == whole("cells")
+    assert bits(fa.run(replace(CELLS, chunk=7), tmp_path / "s")) == whole("cells")
 
 
 def test_files_that_may_not_grow(tmp_path):
@@ -404,16 +421,16 @@ def test_a_folder_that_cannot_be_written(tmp_path):
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
 def test_a_finished_store_that_may_not_be_written_can_be_read(tmp_path, whole):
-    fa.run(replace(CELLS, unit=64), tmp_path / "s")
+    fa.run(replace(CELLS, chunk=64), tmp_path / "s")
     for entry in (tmp_path / "s").rglob("*"):
         entry.chmod(0o555 if entry.is_dir() else 0o444)
-    assert bits(fa.run(replace(CELLS, unit=64), tmp_path / "s")) == whole("cells")
+    assert bits(fa.run(replace(CELLS, chunk=64), tmp_path / "s")) == whole("cells")
 
 
 @pytest.mark.parametrize("where", ["create_group", "rename"])
 def test_overwriting_that_fails_leaves_the_old_store(where, tmp_path, monkeypatch):
     fa.run(MODEST, tmp_path / "s")
-    before, real = chunks(tmp_path / "s"), os.rename
+    before, real = pieces(tmp_path / "s"), os.rename
 
     def fails(one, other):
         if Path(other) == tmp_path / "s" and Path(one).name != "store":
@@ -425,12 +442,12 @@ def test_overwriting_that_fails_leaves_the_old_store(where, tmp_path, monkeypatc
     else:
         monkeypatch.setattr(stores, "_fill", lambda *_: fails("", tmp_path / "s"))
     with pytest.raises(OSError, match="No space left"):
-        fa.run(replace(MODEST, run=Run(step=0.05)), tmp_path / "s", overwrite=True)
+        fa.run(replace(MODEST, options=RunOptions(step=0.05)), tmp_path / "s", overwrite=True)
     monkeypatch.undo()
-    assert chunks(tmp_path / "s") == before
+    assert pieces(tmp_path / "s") == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["s"]
-    fa.run(replace(MODEST, run=Run(step=0.05)), tmp_path / "s", overwrite=True)
-    assert chunks(tmp_path / "s") != before
+    fa.run(replace(MODEST, options=RunOptions(step=0.05)), tmp_path / "s", overwrite=True)
+    assert pieces(tmp_path / "s") != before
     assert [entry.name for entry in tmp_path.iterdir()] == ["s"]
 
 
@@ -440,7 +457,7 @@ def test_overwriting_that_fails_leaves_the_old_store(where, tmp_path, monkeypatc
 def test_a_store_that_another_process_writes_is_refused(tmp_path, whole):
     seen = []
 
-    def second(progress, unit):
+    def second(progress, chunk):
         if not seen:
             for more in ("", ", overwrite=True"):
                 seen.append(ended(started(tmp_path / "s", more=more)))
@@ -448,7 +465,7 @@ def test_a_store_that_another_process_writes_is_refused(tmp_path, whole):
                 ended(started(tmp_path / "s", "CELLS = replace(CELLS, integrate=None)", more=", overwrite=True"))
             )
 
-    done = fa.run(replace(CELLS, unit=2), tmp_path / "s", watch=second)
+    done = fa.run(replace(CELLS, chunk=2), tmp_path / "s", on_chunk=second)
     for code, _, err in seen:
         assert code == 1
         assert "is being written by another process" in err
@@ -457,7 +474,7 @@ def test_a_store_that_another_process_writes_is_refused(tmp_path, whole):
 
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_a_store_that_another_process_makes_meanwhile_is_gone_on_with(tmp_path, whole, monkeypatch, overwrite):
-    job, begin = replace(CELLS, unit=2), running.begin
+    job, begin = replace(CELLS, chunk=2), running.begin
 
     def late(*arguments, **options):
         monkeypatch.undo()
@@ -478,7 +495,7 @@ def test_two_processes_at_once(tmp_path, whole):
         assert 0 in [code for code, _, _ in codes]
         for code, _, err in codes:
             assert code == 0 or "another process" in err
-        assert bits(fa.run(replace(CELLS, unit=2), path)) == whole("cells")
+        assert bits(fa.run(replace(CELLS, chunk=2), path)) == whole("cells")
         assert [entry.name for entry in tmp_path.iterdir() if entry.name.startswith(".")] == []
 
 
@@ -486,54 +503,54 @@ def test_two_processes_at_once(tmp_path, whole):
 
 FULL = Job(
     model=TEXT,
-    surface=Surface(energy=0.3, section="x=0.0", direction="+1"),
-    starts=Starts(grid="3x3", range1="-0.1:0.2", range2="-0.1:0.1"),
-    run=Run(step=0.1),
-    poincare=Poincare(crossings=1, max_time=20.0),
-    frequency_map=Frequencies(time=20.0),
-    chaos_map=Chaos(time=5.0),
-    integrate=Motion(time=1.0),
-    unit=9,
+    energy_surface=EnergySurface(energy=0.3, section="x=0.0", direction="+1"),
+    initial_conditions=InitialConditions(grid="3x3", q_range="-0.1:0.2", p_range="-0.1:0.1"),
+    options=RunOptions(step=0.1),
+    poincare=PoincareOptions(crossings=1, max_time=20.0),
+    frequency_map=FrequencyOptions(time=20.0),
+    chaos_map=ChaosOptions(time=5.0),
+    integrate=IntegrateOptions(time=1.0),
+    chunk=9,
 )
 OTHER = {
     "model.model": "harmonic",
     "model.map": "p1 = p + a*x; x1 = x + p1",
-    "model.flow": "x' = p; p' = -x",
+    "model.ode": "x' = p; p' = -x",
     "model.friction": "0.1*a",
-    "model.angles": ["x=6.3"],
+    "model.periodic": ["x=6.3"],
     "model.hamiltonian": "a*x**2/2 + b*y**2/2 + c*x**2*y",
     "model.parameter": ["a=1.0", "b=1.0", "c=0.5"],
     "model.coordinates": "x y",
     "model.momenta": "p s",
     "model.domain": "9 - x**2",
-    "model.period": "6.3",
+    "model.drive_period": "6.3",
     "model.rotation": "0.3",
     "model.magnetic": "0.2*a",
     "model.vector_potential": ["y=a*x"],
     "model.formula": "D1**2",
-    "surface.energy": 0.31,
-    "surface.section": "x=0.01",
-    "surface.direction": "-1",
-    "starts.grid": "3x4",
-    "starts.range1": "-0.1:0.21",
-    "starts.range2": "-0.1:0.11",
-    "starts.seed": 1,
-    "starts.orbits": 9,
-    "starts.axes": ["x=0:0.1:3"],
-    "starts.fixed": ["y=0.1"],
-    "starts.solve": "p_y",
-    "starts.at_rest": True,
-    "starts.microcanonical": True,
-    "starts.file": "z.npy",
-    "run.step": 0.11,
-    "run.scheme": "YOSHIDA4",
-    "run.accuracy": 1e-9,
+    "energy_surface.energy": 0.31,
+    "energy_surface.section": "x=0.01",
+    "energy_surface.direction": "-1",
+    "initial_conditions.grid": "3x4",
+    "initial_conditions.q_range": "-0.1:0.21",
+    "initial_conditions.p_range": "-0.1:0.11",
+    "initial_conditions.seed": 1,
+    "initial_conditions.orbits": 9,
+    "initial_conditions.axes": ["x=0:0.1:3"],
+    "initial_conditions.fixed": ["y=0.1"],
+    "initial_conditions.solve": "p_y",
+    "initial_conditions.at_rest": True,
+    "initial_conditions.microcanonical": True,
+    "initial_conditions.file": "z.npy",
+    "options.step": 0.11,
+    "options.scheme": "YOSHIDA4",
+    "options.accuracy": 1e-9,
     "poincare.crossings": 2,
     "poincare.max_time": 21.0,
     "frequency_map.time": 21.0,
-    "frequency_map.periods": 3.0,
+    "frequency_map.returns": 3.0,
     "chaos_map.time": 6.0,
-    "chaos_map.periods": 3.0,
+    "chaos_map.returns": 3.0,
     "chaos_map.indicators": "sali",
     "chaos_map.early_stop": True,
     "integrate.time": 2.0,
@@ -549,23 +566,31 @@ def full(tmp_path_factory):
 
 
 def test_every_field_is_tried():
-    tables = [name for name in FULL.tables() if name != "unit"]
+    tables = [name for name in FULL.tables() if name != "chunk"]
     names = {f"{table}.{entry.name}" for table in tables for entry in dataclasses.fields(getattr(FULL, table))}
-    others = {f"model.{name}" for name in ("C", "A", "G", "K", "lam", "mu")} | {"surface.p_eta", "surface.p_gamma"}
-    assert names == set(OTHER) | others | {"run.threads"}
+    others = {f"model.{name}" for name in ("C", "A", "G", "K", "lam", "mu")} | {
+        "energy_surface.p_eta",
+        "energy_surface.p_gamma",
+    }
+    assert names == set(OTHER) | others | {"options.threads"}
 
 
 @pytest.mark.parametrize(
     "field",
-    [*OTHER, *(f"model.{name}" for name in ("C", "A", "G", "K", "lam", "mu")), "surface.p_eta", "surface.p_gamma"],
+    [
+        *OTHER,
+        *(f"model.{name}" for name in ("C", "A", "G", "K", "lam", "mu")),
+        "energy_surface.p_eta",
+        "energy_surface.p_gamma",
+    ],
 )
 def test_a_changed_job_is_refused(field, full):
     table, _, key = field.partition(".")
-    before = chunks(full)
+    before = pieces(full)
     changed = replace(FULL, **{table: replace(getattr(FULL, table), **{key: OTHER.get(field, 0.5)})})
     with pytest.raises(ValueError, match=rf"holds another job: \[{table}\] {key} was .*, is .*overwrite"):
         fa.run(changed, full)
-    assert chunks(full) == before
+    assert pieces(full) == before
 
 
 @pytest.mark.parametrize("name", ["poincare", "chaos_map", "integrate"])
@@ -573,23 +598,26 @@ def test_analyses_less_or_more_are_refused(name, full):
     with pytest.raises(ValueError, match=rf"holds another job: \[{name}\]"):
         fa.run(replace(FULL, **{name: None}), full)
     with pytest.raises(ValueError, match=r"holds another job: \[action_angles\]"):
-        fa.run(replace(FULL, action_angles=fa.jobs.Actions()), full)
+        fa.run(replace(FULL, action_angles=fa.jobs.ActionAngleOptions()), full)
 
 
 def test_threads_and_units_are_no_change(full):
     same = bits(fa.run(FULL, full))
-    assert bits(fa.run(replace(FULL, unit=None, run=replace(FULL.run, threads=2)), full)) == same
+    assert bits(fa.run(replace(FULL, chunk=None, options=replace(FULL.options, threads=2)), full)) == same
 
 
 def test_models_and_starts_of_ones_own_that_changed_are_refused(tmp_path):
-    job = replace(JOBS["1e8"], unit=23)
+    job = replace(JOBS["1e8"], chunk=23)
     done = bits(fa.run(job, tmp_path / "s"))
     for changed, part in (
         (replace(job, model=LARGE._replace(zero=1.0)), r"\[model\]"),
         (replace(job, model=TEXT), r"\[model\]"),
-        (replace(job, starts=job.starts * (1 + 1e-15)), r"\[starts\]"),
-        (replace(job, starts=job.starts[:, :5]), r"\[starts\]"),
-        (replace(job, starts=Starts(grid="2x2"), surface=Surface(energy=1.0)), r"\[starts\]|\[surface\]"),
+        (replace(job, initial_conditions=job.initial_conditions * (1 + 1e-15)), r"\[initial_conditions\]"),
+        (replace(job, initial_conditions=job.initial_conditions[:, :5]), r"\[initial_conditions\]"),
+        (
+            replace(job, initial_conditions=InitialConditions(grid="2x2"), energy_surface=EnergySurface(energy=1.0)),
+            r"\[initial_conditions\]|\[energy_surface\]",
+        ),
         (replace(job, integrate=replace(MOTION, time=1.0)), r"\[integrate\] time"),
     ):
         with pytest.raises(ValueError, match=rf"holds another job: {part}"):
@@ -599,7 +627,7 @@ def test_models_and_starts_of_ones_own_that_changed_are_refused(tmp_path):
     with pytest.raises(ValueError, match="is of the model"):
         fa.resume(tmp_path / "s", model=LARGE._replace(zero=1.0))
     assert bits(fa.resume(tmp_path / "s", model=LARGE)) == done
-    fa.run(replace(job, model=TEXT, starts=ONES), tmp_path / "s", overwrite=True)
+    fa.run(replace(job, model=TEXT, initial_conditions=ONES), tmp_path / "s", overwrite=True)
 
 
 def test_a_store_of_another_version_does_not_go_on(tmp_path):
@@ -617,12 +645,12 @@ def test_a_store_of_another_version_does_not_go_on(tmp_path):
 
 def test_what_is_told_while_it_runs(tmp_path):
     told, shares = [], []
-    done = fa.run(MODEST, tmp_path / "s", watch=lambda *what: told.append(what), report=shares.append)
+    done = fa.run(MODEST, tmp_path / "s", on_chunk=lambda *what: told.append(what), callback=shares.append)
     assert [progress.orbits for progress, _ in told][-1] == 66
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
-    assert len(done.units) == len(told) == Store(tmp_path / "s").units
-    lines = (tmp_path / "s" / "units.jsonl").read_text().splitlines()
+    assert len(done.chunks) == len(told) == Store(tmp_path / "s").chunks
+    lines = (tmp_path / "s" / "chunks.jsonl").read_text().splitlines()
     assert [json.loads(line)["number"] for line in lines] == list(range(len(told)))
 
 

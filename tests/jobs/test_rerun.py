@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.jobs import Frequencies, Job, Poincare, Run, Starts, Store, Surface
+from fastaff.jobs import EnergySurface, FrequencyOptions, InitialConditions, Job, PoincareOptions, RunOptions, Store
 from fastaff.results.result import columns
 
 JOB = Job(
     model=fa.HenonHeiles(),
-    surface=Surface(energy=0.16),
-    starts=Starts(grid="12x12"),
-    run=Run(step=0.7, scheme="LEAPFROG"),  # much too long: energies drift
-    poincare=Poincare(crossings=4, max_time=60.0),
-    frequency_map=Frequencies(time=40.0),
-    unit=16,
+    energy_surface=EnergySurface(energy=0.16),
+    initial_conditions=InitialConditions(grid="12x12"),
+    options=RunOptions(step=0.7, scheme="LEAPFROG"),  # much too long: energies drift
+    poincare=PoincareOptions(crossings=4, max_time=60.0),
+    frequency_map=FrequencyOptions(time=40.0),
+    chunk=16,
 )
 
 
@@ -48,7 +48,7 @@ def test_failed_orbits_get_the_numbers_of_the_other_scheme(begun, tmp_path):
     assert drifted.sum() > 0
     after = fa.rerun(path, status="energy_drift", scheme="DOP853", analyses="poincare")
     z0 = Store(path).root["launch/z0"][:][:, after.place][:, drifted]
-    section = fa.Linear((1.0, 0.0, 0.0, 0.0))
+    section = fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     asked = {"section": section, "crossings": 4, "max_time": 60.0, "scheme": fa.DOP853, "step": 0.7}
     alone = fa.poincare_map(fa.HenonHeiles(), z0, **asked)
     found = after["poincare"].take(drifted)
@@ -84,12 +84,12 @@ def test_a_rerun_that_is_stopped_goes_on(begun, tmp_path, monkeypatch, fatal):
 def test_orbits_to_come_are_run_again_too(begun, tmp_path):
     path = tmp_path / "part.zarr"
 
-    def stop(progress, unit):
+    def stop(progress, chunk):
         if progress.orbits > 60:
             raise KeyboardInterrupt
 
     with pytest.raises(fa.Interrupted) as stopped:
-        fa.run(JOB, path, watch=stop)
+        fa.run(JOB, path, on_chunk=stop)
     assert not stopped.value.partial.complete
     after = fa.rerun(path, status=[fa.Status.ENERGY_DRIFT], scheme="DOP853")
     assert after.complete
@@ -116,7 +116,7 @@ def test_what_does_not_fit_changes_nothing(begun, given, said):
 
 
 def test_progress_is_one_line(tmp_path, capsys):
-    fa.run(JOB, tmp_path / "s.zarr", watch=lambda progress, unit: print(progress))
+    fa.run(JOB, tmp_path / "s.zarr", on_chunk=lambda progress, chunk: print(progress))
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 9
     assert lines[-1].startswith("144 of 144 points (100%); ")

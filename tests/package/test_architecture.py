@@ -293,7 +293,7 @@ import sys
 sys.modules["{package}"] = None
 import fastaff, numpy as np
 from fastaff import plot
-from fastaff.jobs import Job, Motion, Store
+from fastaff.jobs import Job, IntegrateOptions, Store
 results = fastaff.integrate(fastaff.HenonHeiles(), [0.1, 0.0, 0.0, 0.1], time=1.0, step=0.1)
 asked = {asked}
 for act in asked:
@@ -319,10 +319,10 @@ print(len(asked))
         ("xarray", "io", "[results.to_xarray]"),
         ("h5netcdf", "io", "[lambda: results.save(STORE + '.nc')]"),
         ("pyarrow", "tools", "[lambda: results.save(STORE + '.parquet')]"),
-        ("zarr", "io", "[lambda: fastaff.run(Job(starts=[0.1, 0, 0, 0.1], model=fastaff.HenonHeiles(), "
-            "integrate=Motion(time=1.0)), STORE)]"),
+        ("zarr", "io", "[lambda: fastaff.run(Job(initial_conditions=[0.1, 0, 0, 0.1], model=fastaff.HenonHeiles(), "
+            "integrate=IntegrateOptions(time=1.0)), STORE)]"),
         ("sympy", "symbolic", "[lambda: fastaff.hamiltonian('x**2*0.7312', coordinates='x'), lambda: "
-            "fastaff.mapping('p1 = p + 0.7312*sin(x); x1 = x + p1')]"),
+            "fastaff.iterated_map('p1 = p + 0.7312*sin(x); x1 = x + p1')]"),
     ],
 )  # fmt: skip
 def test_what_needs_a_package_that_is_missing_says_which_extra(package, extra, asked, tmp_path):
@@ -464,9 +464,9 @@ def test_public_functions_say_what_they_raise_and_take(name, function):
     said = " ".join(function.__doc__.split())
     shared = set(inspect.signature(fastaff.integrate).parameters) if "as in `integrate`" in said else set()
     for parameter in inspect.signature(function).parameters:
-        assert parameter in function.__doc__ or parameter in shared or parameter == "body", parameter
+        assert parameter in function.__doc__ or parameter in shared, parameter
     kinds = {p.kind for p in inspect.signature(function).parameters.values()}
-    of_text = ("flow", "formula", "hamiltonian", "mapping", "AffineBody", "TwoPolarBody")
+    of_text = ("affine_body", "hamiltonian", "iterated_map", "ode", "AffineBody", "TwoPolarBody")
     own = (*of_text, "load", "save")  # parameters of a formula, of a file
     assert inspect.Parameter.VAR_KEYWORD not in kinds or name in own
 
@@ -475,7 +475,7 @@ PARAMETERS = 10
 """Most parameters of a function beside keywords."""
 KERNEL_PARAMETERS = 12
 """Most parameters of a kernel."""
-TOP_NAMES = 78
+TOP_NAMES = 79
 """Most names of `fastaff`."""
 ENTRIES = 19
 """Most entries of its folder."""

@@ -18,7 +18,7 @@ from fastaff import (
     HeavyTop,
     HenonHeiles,
     Hyperelastic,
-    Linear,
+    Hyperplane,
     frequency_map,
     integrate,
     poincare_map,
@@ -35,11 +35,11 @@ CALLS = {
 every_call = pytest.mark.parametrize("call", [*CALLS])
 
 
-def refused(call, error, *fragments, body=BODY, z0=Z0, **change):
+def refused(call, error, *fragments, model=BODY, z0=Z0, **change):
     """Assert that the call raises `error` with a message of all these fragments."""
     function, options = CALLS[call]
     with pytest.raises(error) as caught:
-        function(body, z0, **(options | change))
+        function(model, z0, **(options | change))
     for fragment in fragments:
         assert re.search(fragment, str(caught.value)), f"{fragment!r} not in {caught.value!s}"
 
@@ -58,7 +58,7 @@ SENTENCES = [
     (ValueError, r"z0 must have shape \(8,\) or \(8, orbits\) for Body.* got shape \(7,\)", {"z0": np.ones(7)}),
     (ValueError, r"z0 must have shape .* got shape \(8, 0\)", {"z0": np.ones((8, 0))}),
     (ValueError, r"z0 must have shape .* got shape \(\)", {"z0": 1.0}),
-    (ValueError, r"\(4,\) or \(4, orbits\) for HenonHeiles, rows x, y.* got shape", {"body": BALL}),
+    (ValueError, r"\(4,\) or \(4, orbits\) for HenonHeiles, rows x, y.* got shape", {"model": BALL}),
     (ValueError, r"(?s)z0 must be finite; orbit 1 is .*\(1 such orbits\)", {"z0": misplaced((5, 1), np.nan)}),
     (ValueError, r"z0 must be finite; orbit 1 is", {"z0": misplaced((5, 1), -np.inf)}),
     (TypeError, "z0 must be an array of (real )?numbers", {"z0": "abc"}),
@@ -72,9 +72,9 @@ SENTENCES = [
     (ValueError, "threads must be at least 1, got 0", {"threads": 0}),
     (TypeError, "threads must be a whole number.* got 2.0", {"threads": 2.0}),
     (ValueError, "threads must be at most .* got 100000", {"threads": 100_000}),
-    (ValueError, "body has a parameter that is not finite", {"body": Body(Hyperelastic(np.nan))}),
-    (ValueError, "body.mu must be positive, got -1.0", {"body": Body(Hyperelastic(), -1.0)}),
-    (TypeError, "Hyperelastic.C must be a float.* got '1.0'", {"body": Body(Hyperelastic("1.0"))}),
+    (ValueError, "model has a parameter that is not finite", {"model": Body(Hyperelastic(np.nan))}),
+    (ValueError, "model.mu must be positive, got -1.0", {"model": Body(Hyperelastic(), -1.0)}),
+    (TypeError, "Hyperelastic.C must be a float.* got '1.0'", {"model": Body(Hyperelastic("1.0"))}),
     (TypeError, "scheme must be a scheme such as fastaff.KAHAN_LI8.* or a name of .*DOP853", {"scheme": 8}),
 ]
 
@@ -82,7 +82,7 @@ SENTENCES = [
 @every_call
 @pytest.mark.parametrize(("error", "said", "change"), SENTENCES, ids=[said for _, said, _ in SENTENCES])
 def test_sentences(call, error, said, change):
-    linear = {"section": Linear((1, 0, 0, 0))} if call == "poincare_map" and change.get("body") is BALL else {}
+    linear = {"section": Hyperplane((1, 0, 0, 0))} if call == "poincare_map" and change.get("model") is BALL else {}
     refused(call, error, said, **linear, **change)
 
 
@@ -113,7 +113,7 @@ def test_starts_outside_the_domain(potential, start):
     """det phi <= 0, alpha = 0, r = 0."""
     z0 = misplaced((slice(4), 2), start)
     said = r"z0 must lie where the potential lives.*det phi > 0.*orbit 2 has margin 0 <= 0 \(1 such"
-    refused("integrate", ValueError, said, body=Body(potential), z0=z0)
+    refused("integrate", ValueError, said, model=Body(potential), z0=z0)
 
 
 def test_the_harmonic_body_lives_everywhere():
@@ -139,17 +139,17 @@ class Lonely(NamedTuple):
 @pytest.mark.parametrize(
     ("body", "fragments"),
     [
-        ("Hyperelastic", ["body must be a model such as", "got 'Hyperelastic' \\(str\\)"]),
-        (None, ["body must be a model", "None"]),
-        (Hyperelastic(), ["body Hyperelastic\\(C=1.0\\) is a potential", "wrap it, Body\\(Hyperelastic"]),
-        (Hyperelastic, ["body must be a model"]),
-        (Lonely(), ["body Lonely has no degrees_of_freedom, velocity"]),
-        (Body(1.0), ["body.potential must be a NamedTuple", "1.0"]),
+        ("Hyperelastic", ["model must be a model such as", "got 'Hyperelastic' \\(str\\)"]),
+        (None, ["model must be a model", "None"]),
+        (Hyperelastic(), ["model Hyperelastic\\(C=1.0\\) is a potential", "wrap it, Body\\(Hyperelastic"]),
+        (Hyperelastic, ["model must be a model"]),
+        (Lonely(), ["model Lonely has no degrees_of_freedom, velocity"]),
+        (Body(1.0), ["model.potential must be a NamedTuple", "1.0"]),
     ],
     ids=["text", "none", "potential", "class", "lonely", "number"],
 )
 def test_what_is_no_model(call, body, fragments):
-    refused(call, TypeError, *fragments, body=body)
+    refused(call, TypeError, *fragments, model=body)
 
 
 @pytest.mark.parametrize(
@@ -162,8 +162,8 @@ def test_what_is_no_model(call, body, fragments):
         (AlphaTurning(2), ValueError, "section.direction must be -1, 0 or \\+1, got 2"),
         (AlphaEquals(np.nan), ValueError, "section has a parameter that is not finite"),
         (AlphaEquals("1"), TypeError, "AlphaEquals.constant must be a float"),
-        (Linear((1.0, 0.0, 0.0, 0.0)), ValueError, "does not suit a Body: it must take 8 numbers"),
-        (Linear((0.0,) * 8), ValueError, "depend on one of them"),
+        (Hyperplane((1.0, 0.0, 0.0, 0.0)), ValueError, "does not suit a Body: it must take 8 numbers"),
+        (Hyperplane((0.0,) * 8), ValueError, "depend on one of them"),
     ],
     ids=["text", "none", "class", "body", "direction", "nan", "string", "short", "zero"],
 )
@@ -173,21 +173,25 @@ def test_what_is_no_section(section, error, fragment):
 
 def test_sections_of_bodies_do_not_suit_henon_heiles():
     refused(
-        "poincare_map", ValueError, "does not suit a HenonHeiles: it must take 4 numbers", body=BALL, z0=np.full(4, 0.1)
+        "poincare_map",
+        ValueError,
+        "does not suit a HenonHeiles: it must take 4 numbers",
+        model=BALL,
+        z0=np.full(4, 0.1),
     )
 
 
 def test_angles():
-    refused("frequency_map", ValueError, "angles must be 'R phi' of 2 coordinates or 'R z phi' of 3", angles="alpha")
-    refused("frequency_map", TypeError, "angles must be a text such as 'R z phi'", angles=3)
-    refused("frequency_map", ValueError, "angles must have 4 angles for Body", angles=Coordinates2())
+    refused("frequency_map", ValueError, "signals must be 'R phi' of 2 coordinates or 'R z phi' of 3", signals="alpha")
+    refused("frequency_map", TypeError, "signals must be a text such as 'R z phi'", signals=3)
+    refused("frequency_map", ValueError, "signals must have 4 angles for Body", signals=Coordinates2())
     refused(
         "frequency_map",
         ValueError,
-        "angles must have 2 angles for HenonHeiles",
-        body=BALL,
+        "signals must have 2 angles for HenonHeiles",
+        model=BALL,
         z0=np.full(4, 0.1),
-        angles=AlphaBeta(),
+        signals=AlphaBeta(),
     )
 
 

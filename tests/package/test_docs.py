@@ -167,9 +167,9 @@ def stored(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stored")
     job = fastaff.Job(
         model=fastaff.HenonHeiles(),
-        surface=fastaff.jobs.Surface(energy=0.1),
-        starts=fastaff.jobs.Starts(grid="3x3"),
-        frequency_map=fastaff.jobs.Frequencies(time=200.0),
+        energy_surface=fastaff.jobs.EnergySurface(energy=0.1),
+        initial_conditions=fastaff.jobs.InitialConditions(grid="3x3"),
+        frequency_map=fastaff.jobs.FrequencyOptions(time=200.0),
     )
     (folder / "map.toml").write_text(job.text())
     fastaff.run(job, folder / "map.zarr")

@@ -29,18 +29,21 @@ SPACE = fa.hamiltonian("(x**2 + y**2 + z**2)/2 + x**2*y", coordinates="x y z")
         (lambda: fa.hamiltonian("R**2 + z**4"), "a coordinate? Those are x and y, .* a parameter has R=1.0"),
         (lambda: fa.hamiltonian("x**2 + f*cos(t)*x", coordinates="x", f=1.0), "which needs a period"),
         (lambda: fa.hamiltonian("k*x**2", coordinates="x"), "a parameter needs a value, such as k=1.0"),
-        (lambda: fa.formula("D1**2 + D2**2 + f*cos(t)", f=1.0), "a body has no friction and no drive: .* flow("),
+        (lambda: fa.affine_body("D1**2 + D2**2 + f*cos(t)", f=1.0), "a body has no friction and no drive: .* ode("),
         (
-            lambda: fa.formula("gent", G=1.0, Jm=3.0, K=4.0, friction=0.1),
-            "friction is no parameter of 'gent': .* flow",
+            lambda: fa.affine_body("gent", G=1.0, Jm=3.0, K=4.0, friction=0.1),
+            "friction is no parameter of 'gent': .* ode",
         ),
         (
-            lambda: fa.hamiltonian("x**2", coordinates="x", friction=0.1, period=6.28),
-            "make the model .* flow(model, forces=",
+            lambda: fa.hamiltonian("x**2", coordinates="x", friction=0.1, drive_period=6.28),
+            "make the model .* ode(model, forces=",
         ),
-        (lambda: fa.formula("D1**2 + D2**2", period=6.28), "period is no parameter .* hamiltonian(..., period=6.28)"),
-        (lambda: fa.mapping(RING, s=1.0, q=0.2, aperture=1.0), "'aperture' is not used .* domain='1 - x**2'"),
-        (lambda: fa.mapping(RING, s=1.0, q=0.2, zeta=1.0), "is a name misspelt?"),
+        (
+            lambda: fa.affine_body("D1**2 + D2**2", drive_period=6.28),
+            "period is no parameter .* hamiltonian(..., drive_period=6.28)",
+        ),
+        (lambda: fa.iterated_map(RING, s=1.0, q=0.2, aperture=1.0), "'aperture' is not used .* domain='1 - x**2'"),
+        (lambda: fa.iterated_map(RING, s=1.0, q=0.2, zeta=1.0), "is a name misspelt?"),
     ],
 )
 def test_a_name_without_a_value_says_which_argument_it_may_belong_to(make, said):
@@ -50,7 +53,7 @@ def test_a_name_without_a_value_says_which_argument_it_may_belong_to(make, said)
 
 
 def test_names_of_terms_may_be_parameters():
-    assert fa.formula("friction*(D1**2 + D2**2)", friction=2.0).potential.friction == 2.0
+    assert fa.affine_body("friction*(D1**2 + D2**2)", friction=2.0).potential.friction == 2.0
 
 
 @pytest.mark.parametrize(
@@ -58,14 +61,14 @@ def test_names_of_terms_may_be_parameters():
     [
         (lambda: fa.action_angles(PLANE, [0.1] * 4), TypeError, "fit_torus(body, z0, time=...)"),
         (lambda: fa.quantum.spectrum(PLANE, m=0, l=0, count=3), ValueError, "m is for a Body alone"),
-        (lambda: fa.quantum.all_levels(PLANE, below=1.0), TypeError, "spectrum(body, count=..., hbar=...)"),
+        (lambda: fa.quantum.all_levels(PLANE, max_energy=1.0), TypeError, "spectrum(body, count=..., hbar=...)"),
         (lambda: fa.Body(fa.NeoHookean(), friction=0.1), TypeError, "hamiltonian(..., friction=0.1)"),
         (lambda: fa.integrate(PLANE, [0.1] * 4, time=1.0, friction=0.1), TypeError, "hamiltonian('...', friction=...)"),
         (lambda: fa.fit_torus(PLANE, np.full((4, 2), 0.1), time=50.0), ValueError, "one at a time, z0[:, 0]"),
-        (lambda: fa.frequency_map(SPACE, [0.1] * 6, time=50.0, angles="R phi"), ValueError, "of 3 they are 'R z phi'"),
-        (lambda: fa.frequency_map(PLANE, [0.1] * 4, time=50.0, angles="R z phi"), ValueError, "of 2 they are 'R phi'"),
-        (lambda: fa.frequency_map(SPACE, [0.1] * 6, time=50.0, angles="R phi z"), ValueError, "mean 'R z phi'"),
-        (lambda: fa.frequency_map(SPACE, [0.1] * 6, time=50.0, angles="polar"), ValueError, "'R z phi' of 3"),
+        (lambda: fa.frequency_map(SPACE, [0.1] * 6, time=50.0, signals="R phi"), ValueError, "of 3 they are 'R z phi'"),
+        (lambda: fa.frequency_map(PLANE, [0.1] * 4, time=50.0, signals="R z phi"), ValueError, "of 2 they are 'R phi'"),
+        (lambda: fa.frequency_map(SPACE, [0.1] * 6, time=50.0, signals="R phi z"), ValueError, "mean 'R z phi'"),
+        (lambda: fa.frequency_map(SPACE, [0.1] * 6, time=50.0, signals="polar"), ValueError, "'R z phi' of 3"),
         (lambda: fa.integrate(PLANE, [0.1] * 4, time=1.0, accuracy=9e-16), ValueError, "must be at least 1e-15"),
         (lambda: fa.explore(PLANE, energy=0.1, section="z=0"), ValueError, "section must be one of x=c, y=c"),
     ],
@@ -84,7 +87,7 @@ def test_one_orbit_of_a_sample_is_fitted():
 
 def test_the_explorer_takes_the_first_section_that_the_energy_reaches(tmp_path):
     """r = 0 is no place of a pendulum on a spring; a = 0 is."""
-    spring = fa.hamiltonian(SPRING, coordinates="r a", momenta="p_r p_a", periods={"a": "2*pi"}, m=1.0, k=4.0)
+    spring = fa.hamiltonian(SPRING, coordinates="r a", momenta="p_r p_a", periodic={"a": "2*pi"}, m=1.0, k=4.0)
     start = fa.explorer.explore.setup_of(spring, energy=-0.5)[0]["start"]
     assert (start["section"], start["constant"]) == ("a=c", 0.0)
     assert fa.explorer.explore.setup_of(PLANE, energy=0.1)[0]["start"]["section"] == "x=c"
@@ -96,31 +99,31 @@ def test_rotation_numbers_on_a_section_of_an_angle():
     """Of an oscillator beside a pendulum: w T/(2 pi) of its turns, T = 4 K(k) of the pendulum's period."""
     rng = np.random.default_rng(8)
     w, highest = rng.uniform(0.3, 0.45), rng.uniform(0.3, 1.5)
-    body = fa.hamiltonian("-cos(x) + w**2*y**2/2", coordinates="x y", periods={"x": "2*pi"}, w=w)
+    body = fa.hamiltonian("-cos(x) + w**2*y**2/2", coordinates="x y", periodic={"x": "2*pi"}, w=w)
     start = [0.0, 0.3, 2 * np.sin(highest / 2), 0.1]
     cut = fa.poincare_map(body, start, section="x=0", crossings=200, max_time=2000.0)
     assert type(cut.section).__name__ == "AngleEquals"
     turning = fa.rotation_number(cut)
     share = w * 4 * ellipk(np.sin(highest / 2) ** 2) / (2 * np.pi)
     assert abs(np.abs(turning.rotation[0]) - np.abs(share - np.rint(share))) <= turning.error[0] + 1e-9
-    assert fa.islands(cut).summary() == "1 CURVE"
+    assert fa.islands(cut).summary() == "1 REGULAR"
 
 
 def test_a_map_without_a_domain_is_never_left():
     """Numbers whose sum is beyond the largest one are finite still: the next iterate is not."""
-    grows = fa.mapping("x1 = 2*x; p1 = p/2; y1 = 2*y; q1 = q/2", coordinates="x y", momenta="p q")
+    grows = fa.iterated_map("x1 = 2*x; p1 = p/2; y1 = 2*y; q1 = q/2", coordinates="x y", momenta="p q")
     z0 = np.array([[2.0, 3.0], [2.0, 3.0], [0.0, 0.0], [0.0, 0.0]])
     ends = fa.integrate(grows, z0 * 2.0**1015, time=20)
     assert (ends.status == fa.Status.NONFINITE).all()
     np.testing.assert_array_equal(ends.t, [8, 8])  # 2^1024 is the first power that is none
     mixed = fa.integrate(grows, [2.0**1015, 2.0**1015, 2.0**1023, 2.0**1023], time=5)
     assert mixed.status[0] == fa.Status.OK
-    within = fa.mapping("x1 = 2*x; p1 = p/2", domain="1 - x**2")
+    within = fa.iterated_map("x1 = 2*x; p1 = p/2", domain="1 - x**2")
     assert fa.integrate(within, [0.3, 0.0], time=20).status[0] == fa.Status.LOST
 
 
 def test_a_map_is_drawn_over_the_grid_of_its_orbits(ax):
-    ring = fa.mapping(RING, s=1.0, q=0.2103)
+    ring = fa.iterated_map(RING, s=1.0, q=0.2103)
     grid = fa.energy_grid(ring, axes={"x": np.linspace(0.05, 0.3, 4), "p": np.linspace(0.05, 0.3, 3)})
     found = fa.frequency_map(ring, grid, time=300)
     drawn, same = found.plot(grid, ax=ax), fa.plot.plot_diffusion_grid(grid, found, ax=ax)

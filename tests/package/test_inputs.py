@@ -103,7 +103,7 @@ def test_pairs_of_inputs(name):
         ("integrate", "samples"),
         ("poincare_map", "crossings"),
         ("chaos_map", "history"),
-        ("islands", "max_period"),
+        ("islands", "max_islands"),
         ("energy_sample", "orbits"),
     ],
 )
@@ -148,8 +148,8 @@ def test_times_that_no_run_comes_to_the_end_of(name, T):
 @pytest.mark.parametrize("value", [1, "x", (), {}])
 def test_a_report_is_a_function(name, value):
     function, _ = battery.CALLS[name]
-    with pytest.raises(TypeError, match="report must be a function of the fraction that is done, or None, got"):
-        function(**{**battery.base(name), "report": value})
+    with pytest.raises(TypeError, match="callback must be a function of the fraction that is done, or None, got"):
+        function(**{**battery.base(name), "callback": value})
 
 
 def test_long_arguments_make_short_messages():

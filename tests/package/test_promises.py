@@ -1,7 +1,7 @@
 """What every function of sets keeps to, whatever it computes: the same bits for any number of threads, any order of the
 items and any company of an item, and Ctrl-C that hands over what is finished.
 
-A new public function of sets, or one with `threads` or `report`, needs a row in ROWS, or a reason in EXEMPT.
+A new public function of sets, or one with `threads` or `callback`, needs a row in ROWS, or a reason in EXEMPT.
 """
 
 import dataclasses
@@ -62,7 +62,13 @@ RK4, TEN = {"scheme": fa.RK4, "energy_tolerance": 1.0}, {"scheme": fa.SOFRONIOU_
 SPIN = fa.BetaEquals(0.3, 0)
 LIMITED = {"time": 30.0}
 STREAMED = (fa.Lyapunov(), fa.MEGNO(), fa.SALI(), fa.GALI(4))
-PASSES = (fa.LyapunovSpectrum(), fa.BirkhoffDigits(), fa.ReversibilityError(), fa.FrequencyDiffusion(), fa.ZeroOne())
+PASSES = (
+    fa.LyapunovSpectrum(),
+    fa.WeightedBirkhoff(),
+    fa.ReversibilityError(),
+    fa.FrequencyDiffusion(),
+    fa.ZeroOneTest(),
+)
 FRAME = np.linalg.qr(np.random.default_rng(2).normal(size=(8, 8)))[0]
 CUT = {"section": X, "crossings": 4, "max_time": 30.0}
 CLOSED = np.array([0.0, 0.0, 0.3, 0.31])
@@ -72,7 +78,7 @@ ACTIONS = np.random.default_rng(12).choice([1e-6, 1e-3, 0.1, 1.0, 5.0], (4, 150)
 TURNS = np.random.default_rng(13).random((4, 150))
 DUFFING = np.random.default_rng(9).uniform(-0.9, 0.9, (4, 140)) + np.array([[0.0], [1.0], [0.0], [0.0]])
 """With a time of its own each."""
-LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+LORENZ = fa.ode("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
 WINGS = np.random.default_rng(10).normal(size=(3, 140)) * 5 + np.array([[1.0], [1.0], [25.0]])
 DAMPED = fa.hamiltonian("(x**2 + y**2)/2 + x**2*y - y**3/3", friction=0.02)
 TURNING, STANDARD = shared_systems.turning_springs(1.3, 0.6, 0.4), fa.models.StandardMap(0.8)
@@ -108,96 +114,104 @@ def by_class(function):
 def by_case(**given):
     """The numbers of each case of a chaotic fraction as a list."""
     found = fa.chaotic_fraction(lambda lam: (fa.HenonHeiles(lam), FEW), (given.pop("values"),), **given)
-    counts = found.orbits, found.chaotic, found.regular, found.undecided, found.rescued, found.statuses
-    numbers = *counts, found.medians, found.chaotic_medians, found.limits, found.time, found.step, found.energy_error
+    counts = found.orbits, found.chaotic, found.regular, found.undecided, found.recomputed, found.statuses
+    numbers = (
+        *counts,
+        found.medians,
+        found.chaotic_medians,
+        found.thresholds,
+        found.time,
+        found.step,
+        found.energy_error,
+    )
     return [[array[..., k] for array in numbers] for k in range(len(found.chaotic))]
 
 
 ROWS = {
-    "integrate": Row(fa.integrate, {"z0": FEW}, {"body": HH, **LIMITED, "samples": 3}),
-    "integrate, given step": Row(fa.integrate, {"z0": MANY}, {"body": HH, **LIMITED, **FIXED, "samples": 3}),
+    "integrate": Row(fa.integrate, {"z0": FEW}, {"model": HH, **LIMITED, "samples": 3}),
+    "integrate, given step": Row(fa.integrate, {"z0": MANY}, {"model": HH, **LIMITED, **FIXED, "samples": 3}),
     "integrate, a step each": Row(
-        fa.integrate, {"z0": FEW, "step": np.geomspace(0.01, 0.2, 40)}, {"body": HH, **LIMITED}
+        fa.integrate, {"z0": FEW, "step": np.geomspace(0.01, 0.2, 40)}, {"model": HH, **LIMITED}
     ),
-    "integrate, adaptive": Row(fa.integrate, {"z0": MANY}, {"body": HH, **LIMITED, **DOP853, "samples": 3}),
-    "integrate, time-transformed": Row(fa.integrate, {"z0": FEW}, {"body": HH, **LIMITED, **SLOWED, "samples": 3}),
+    "integrate, adaptive": Row(fa.integrate, {"z0": MANY}, {"model": HH, **LIMITED, **DOP853, "samples": 3}),
+    "integrate, time-transformed": Row(fa.integrate, {"z0": FEW}, {"model": HH, **LIMITED, **SLOWED, "samples": 3}),
     "integrate, adaptive lanes refilled": Row(
-        fa.integrate, {"z0": wild(1300)}, {"body": HH, "time": 15.0, "threads": 1, **DOP853}
+        fa.integrate, {"z0": wild(1300)}, {"model": HH, "time": 15.0, "threads": 1, **DOP853}
     ),
     "integrate, Runge-Kutta": Row(
-        fa.integrate, {"z0": BODIES}, {"body": BODY, "time": 3.0, "step": 0.05, "samples": 3, **RK4}
+        fa.integrate, {"z0": BODIES}, {"model": BODY, "time": 3.0, "step": 0.05, "samples": 3, **RK4}
     ),
     "integrate, driven": Row(
-        fa.integrate, {"z0": DUFFING}, {"body": shared_systems.duffing(), **LIMITED, **FIXED, "samples": 3}
+        fa.integrate, {"z0": DUFFING}, {"model": shared_systems.duffing(), **LIMITED, **FIXED, "samples": 3}
     ),
     "integrate, driven, adaptive": Row(
-        fa.integrate, {"z0": DUFFING}, {"body": shared_systems.duffing(), **LIMITED, **DOP853}
+        fa.integrate, {"z0": DUFFING}, {"model": shared_systems.duffing(), **LIMITED, **DOP853}
     ),
-    "integrate, damped": Row(fa.integrate, {"z0": FEW}, {"body": DAMPED, **LIMITED, "samples": 3}),
-    "integrate, turning": Row(fa.integrate, {"z0": MANY}, {"body": TURNING, **LIMITED, "samples": 3}),
-    "integrate, flow": Row(fa.integrate, {"z0": WINGS}, {"body": LORENZ, "time": 2.0, "samples": 3}),
+    "integrate, damped": Row(fa.integrate, {"z0": FEW}, {"model": DAMPED, **LIMITED, "samples": 3}),
+    "integrate, turning": Row(fa.integrate, {"z0": MANY}, {"model": TURNING, **LIMITED, "samples": 3}),
+    "integrate, flow": Row(fa.integrate, {"z0": WINGS}, {"model": LORENZ, "time": 2.0, "samples": 3}),
     "integrate, implicit": Row(
-        fa.integrate, {"z0": SWINGS}, {"body": PENDULA, "time": 20.0, "scheme": "GAUSS16", "step": 0.25}
+        fa.integrate, {"z0": SWINGS}, {"model": PENDULA, "time": 20.0, "scheme": "GAUSS16", "step": 0.25}
     ),
-    "integrate, map": Row(fa.integrate, {"z0": ROUNDS}, {"body": STANDARD, "time": 300, "samples": 3}),
-    "tangent_map": Row(fa.tangent_map, {"z0": FEW}, {"body": HH, **LIMITED}),
-    "tangent_map, given step": Row(fa.tangent_map, {"z0": FEW}, {"body": HH, **LIMITED, **FIXED}),
-    "tangent_map, adaptive": Row(fa.tangent_map, {"z0": FEW}, {"body": HH, **LIMITED, **DOP853}),
-    "tangent_map, order ten": Row(fa.tangent_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 5.0, **TEN}),
-    "chaos_map": Row(fa.chaos_map, {"z0": MANY}, {"body": HH, "time": 100.0, "indicators": STREAMED, "history": 2}),
+    "integrate, map": Row(fa.integrate, {"z0": ROUNDS}, {"model": STANDARD, "time": 300, "samples": 3}),
+    "tangent_map": Row(fa.tangent_map, {"z0": FEW}, {"model": HH, **LIMITED}),
+    "tangent_map, given step": Row(fa.tangent_map, {"z0": FEW}, {"model": HH, **LIMITED, **FIXED}),
+    "tangent_map, adaptive": Row(fa.tangent_map, {"z0": FEW}, {"model": HH, **LIMITED, **DOP853}),
+    "tangent_map, order ten": Row(fa.tangent_map, {"z0": BODIES[:, :40]}, {"model": BODY, "time": 5.0, **TEN}),
+    "chaos_map": Row(fa.chaos_map, {"z0": MANY}, {"model": HH, "time": 100.0, "indicators": STREAMED, "history": 2}),
     "chaos_map, given step": Row(
-        fa.chaos_map, {"z0": MANY}, {"body": HH, "time": 100.0, "indicators": STREAMED, **FIXED}
+        fa.chaos_map, {"z0": MANY}, {"model": HH, "time": 100.0, "indicators": STREAMED, **FIXED}
     ),
     "chaos_map, adaptive": Row(
-        fa.chaos_map, {"z0": MANY}, {"body": HH, "time": 100.0, "indicators": STREAMED, **DOP853}
+        fa.chaos_map, {"z0": MANY}, {"model": HH, "time": 100.0, "indicators": STREAMED, **DOP853}
     ),
     "chaos_map, early stop": Row(
-        fa.chaos_map, {"z0": FEW}, {"body": HH, "time": 300.0, "indicators": STREAMED, "early_stop": True}
+        fa.chaos_map, {"z0": FEW}, {"model": HH, "time": 300.0, "indicators": STREAMED, "early_stop": True}
     ),
-    "chaos_map, turning": Row(fa.chaos_map, {"z0": FEW}, {"body": TURNING, "time": 40.0, "indicators": STREAMED[:3]}),
+    "chaos_map, turning": Row(fa.chaos_map, {"z0": FEW}, {"model": TURNING, "time": 40.0, "indicators": STREAMED[:3]}),
     "chaos_map, flow": Row(
-        fa.chaos_map, {"z0": WINGS}, {"body": LORENZ, "time": 5.0, "indicators": (fa.LyapunovSpectrum(),)}
+        fa.chaos_map, {"z0": WINGS}, {"model": LORENZ, "time": 5.0, "indicators": (fa.LyapunovSpectrum(),)}
     ),
-    "chaos_map, map": Row(fa.chaos_map, {"z0": ROUNDS}, {"body": STANDARD, "time": 100, "indicators": STREAMED[1:3]}),
-    "chaos_map, other passes": Row(fa.chaos_map, {"z0": FEW}, {"body": HH, "time": 100.0, "indicators": PASSES}),
+    "chaos_map, map": Row(fa.chaos_map, {"z0": ROUNDS}, {"model": STANDARD, "time": 100, "indicators": STREAMED[1:3]}),
+    "chaos_map, other passes": Row(fa.chaos_map, {"z0": FEW}, {"model": HH, "time": 100.0, "indicators": PASSES}),
     "chaos_map, given vectors": Row(
         fa.chaos_map,
         {"z0": BODIES[:, :40]},
-        {"body": BODY, "time": 20.0, "indicators": (fa.LyapunovSpectrum(),), "deviations": FRAME, "step": 0.1},
+        {"model": BODY, "time": 20.0, "indicators": (fa.LyapunovSpectrum(),), "deviation_vectors": FRAME, "step": 0.1},
     ),
-    "frequency_map": Row(fa.frequency_map, {"z0": FEW}, {"body": HH, "time": 100.0}),
+    "frequency_map": Row(fa.frequency_map, {"z0": FEW}, {"model": HH, "time": 100.0}),
     "frequency_map, accuracy": Row(
-        fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, "accuracy": 1e-6}
+        fa.frequency_map, {"z0": BODIES[:, :40]}, {"model": BODY, "time": 40.0, "accuracy": 1e-6}
     ),
-    "frequency_map, given step": Row(fa.frequency_map, {"z0": BODIES}, {"body": BODY, "time": 40.0, "step": 0.1}),
+    "frequency_map, given step": Row(fa.frequency_map, {"z0": BODIES}, {"model": BODY, "time": 40.0, "step": 0.1}),
     "frequency_map, lines": Row(
-        fa.frequency_map, {"z0": BODIES}, {"body": BODY, "time": 40.0, "step": 0.1, "lines": 3}
+        fa.frequency_map, {"z0": BODIES}, {"model": BODY, "time": 40.0, "step": 0.1, "lines": 3}
     ),
-    "frequency_map, adaptive": Row(fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, **DOP853}),
+    "frequency_map, adaptive": Row(fa.frequency_map, {"z0": BODIES[:, :40]}, {"model": BODY, "time": 40.0, **DOP853}),
     "frequency_map, adaptive by a step": Row(
-        fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, "step": 0.06, **DOP853}
+        fa.frequency_map, {"z0": BODIES[:, :40]}, {"model": BODY, "time": 40.0, "step": 0.06, **DOP853}
     ),
-    "frequency_map, order ten": Row(fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, **TEN}),
-    "poincare_map": Row(fa.poincare_map, {"z0": FEW}, {"body": HH, **CUT}),
-    "poincare_map, given step": Row(fa.poincare_map, {"z0": MANY}, {"body": HH, **CUT, **FIXED}),
-    "poincare_map, adaptive": Row(fa.poincare_map, {"z0": MANY}, {"body": HH, **CUT, **DOP853}),
-    "poincare_map, time-transformed": Row(fa.poincare_map, {"z0": FEW}, {"body": HH, **CUT, **SLOWED}),
+    "frequency_map, order ten": Row(fa.frequency_map, {"z0": BODIES[:, :40]}, {"model": BODY, "time": 40.0, **TEN}),
+    "poincare_map": Row(fa.poincare_map, {"z0": FEW}, {"model": HH, **CUT}),
+    "poincare_map, given step": Row(fa.poincare_map, {"z0": MANY}, {"model": HH, **CUT, **FIXED}),
+    "poincare_map, adaptive": Row(fa.poincare_map, {"z0": MANY}, {"model": HH, **CUT, **DOP853}),
+    "poincare_map, time-transformed": Row(fa.poincare_map, {"z0": FEW}, {"model": HH, **CUT, **SLOWED}),
     "poincare_map, driven": Row(
         fa.poincare_map,
         {"z0": DUFFING},
-        {"body": shared_systems.duffing(), "section": "t=1.7", "crossings": 3, **FIXED},
+        {"model": shared_systems.duffing(), "section": "t=1.7", "crossings": 3, **FIXED},
     ),
     "poincare_map, strobed": Row(
-        fa.poincare_map, {"z0": DUFFING}, {"body": shared_systems.duffing(), "section": "t=1.7", "crossings": 3}
+        fa.poincare_map, {"z0": DUFFING}, {"model": shared_systems.duffing(), "section": "t=1.7", "crossings": 3}
     ),
-    "poincare_map, turning": Row(fa.poincare_map, {"z0": FEW}, {"body": TURNING, **CUT}),
+    "poincare_map, turning": Row(fa.poincare_map, {"z0": FEW}, {"model": TURNING, **CUT}),
     "poincare_map, Runge-Kutta": Row(
         fa.poincare_map,
         {"z0": BODIES},
-        {"body": BODY, "section": SPIN, "crossings": 4, "max_time": 8.0, "step": 0.1, **RK4},
+        {"model": BODY, "section": SPIN, "crossings": 4, "max_time": 8.0, "step": 0.1, **RK4},
     ),
     "poincare_map, order ten": Row(
-        fa.poincare_map, {"z0": BODIES}, {"body": BODY, "section": SPIN, "crossings": 4, "max_time": 8.0, **TEN}
+        fa.poincare_map, {"z0": BODIES}, {"model": BODY, "section": SPIN, "crossings": 4, "max_time": 8.0, **TEN}
     ),
     "periodic_orbits": Row(fa.periodic_orbits, {"z0": NEAR}, {"model": HH, "section": X}),
     "periodic_orbits, given step": Row(fa.periodic_orbits, {"z0": NEAR}, {"model": HH, "section": X, "step": 0.07}),
@@ -207,36 +221,36 @@ ROWS = {
         {"z0": BODIES[:, :4]},
         {"model": HARMONIC, "section": TURN, "step": 0.1, "max_time": 10.0, "iterations": 4},
     ),
-    "action_angles": Row(fa.action_angles, {"z0": FAST}, {"body": BODY}),
+    "action_angles": Row(fa.action_angles, {"z0": FAST}, {"model": BODY}),
     "action_angles, elliptic": Row(
-        fa.action_angles, {"z0": FAST}, {"body": fa.Body(fa.Anharmonic(0.9)), "chart": fa.charts.ELLIPTIC}
+        fa.action_angles, {"z0": FAST}, {"model": fa.Body(fa.Anharmonic(0.9)), "chart": fa.charts.ELLIPTIC}
     ),
-    "action_angles, angular": Row(fa.action_angles, {"z0": FAST}, {"body": STACKEL}),
-    "action_angles, closed": Row(fa.action_angles, {"z0": BODIES}, {"body": HARMONIC}),
-    "constants_of_motion": Row(fa.constants_of_motion, {"z": BODIES}, {"body": BODY}),
-    "energy_of_actions": Row(fa.energy_of_actions, {"J": ACTIONS}, {"body": fa.Body(fa.HeavyTop(0.7, 1.6), 1.3)}),
-    "energy_of_actions, closed": Row(fa.energy_of_actions, {"J": ACTIONS}, {"body": HARMONIC}),
-    "from_action_angles": Row(fa.from_action_angles, {"J": abs(ACTIONS), "theta": TURNS}, {"body": BODY}),
-    "from_action_angles, closed": Row(fa.from_action_angles, {"J": abs(ACTIONS), "theta": TURNS}, {"body": HARMONIC}),
+    "action_angles, angular": Row(fa.action_angles, {"z0": FAST}, {"model": STACKEL}),
+    "action_angles, closed": Row(fa.action_angles, {"z0": BODIES}, {"model": HARMONIC}),
+    "constants_of_motion": Row(fa.constants_of_motion, {"z": BODIES}, {"model": BODY}),
+    "energy_of_actions": Row(fa.energy_of_actions, {"J": ACTIONS}, {"model": fa.Body(fa.HeavyTop(0.7, 1.6), 1.3)}),
+    "energy_of_actions, closed": Row(fa.energy_of_actions, {"J": ACTIONS}, {"model": HARMONIC}),
+    "from_action_angles": Row(fa.from_action_angles, {"J": abs(ACTIONS), "theta": TURNS}, {"model": BODY}),
+    "from_action_angles, closed": Row(fa.from_action_angles, {"J": abs(ACTIONS), "theta": TURNS}, {"model": HARMONIC}),
     "naff": Row(fa.naff, {"signal": SIGNALS}, {"dt": 0.1, "lines": 3}, axis=0),
     "tunes": Row(fa.tunes, {"samples": RECORDS}, {}, axis=1),
     "orbit_frequencies": Row(fa.orbit_frequencies, {"samples": RECORDS}, {"dt": 0.1, "lines": 3}, axis=1),
     "resonances": Row(fa.resonances, {"nu": RATIOS}, {"max_order": 6}),
     "rotation_number": Row(fa.rotation_number, {"points": CURVES}, {}),
-    "islands": Row(fa.islands, {"points": CURVES}, {"max_period": 6}),
+    "islands": Row(fa.islands, {"points": CURVES}, {"max_islands": 6}),
     "chaotic_fraction": Row(by_case, {"values": np.array([1.0, 0.5, 0.8])}, {"time": 100.0, "step": 0.1}),
     "spectrum_table": Row(
         by_class(fa.quantum.spectrum_table),
         {"m": np.array([0, 2, 1, -1, 3]), "l": np.array([0, 0, 1, 1, -1])},
-        {"body": BODY, "count": 5},
+        {"model": BODY, "count": 5},
     ),
     "spectrum_table, closed": Row(
         by_class(fa.quantum.spectrum_table),
         {"m": np.array([0, 2, 1, -1, 3]), "l": np.array([0, 0, 1, 1, -1])},
-        {"body": HARMONIC, "count": 5},
+        {"model": HARMONIC, "count": 5},
     ),
     "class_diagram": Row(
-        by_class(fa.quantum.class_diagram), {"m": np.array([0, 2, 4])}, {"body": BODY, "l": 0, "count": 4}
+        by_class(fa.quantum.class_diagram), {"m": np.array([0, 2, 4])}, {"model": BODY, "l": 0, "count": 4}
     ),
     "level_diagram": Row(
         by_class(fa.quantum.level_diagram),
@@ -288,7 +302,7 @@ def test_any_number_of_threads_gives_the_same_bits(name, two_threads):
 @pytest.mark.parametrize("name", tiers(ROWS))
 def test_any_order_gives_the_same_bits(name):
     order, shares = np.random.default_rng(1).permutation(ROWS[name].numbers), []
-    told = {"report": shares.append} if name in taking("report") else {}
+    told = {"callback": shares.append} if name in taking("callback") else {}
     same(ROWS[name](order, **told), items(whole(name), order))
     assert shares == sorted(shares)  # one count over all passes
     assert not shares or 0 <= shares[0] <= shares[-1] <= 1
@@ -397,7 +411,7 @@ def test_lines_that_are_finished_at_ctrl_c_are_those_of_the_whole():
     def stop(fraction):
         raise KeyboardInterrupt
 
-    partial = interrupted("naff", lambda: ROWS["naff"](threads=1, report=stop))
+    partial = interrupted("naff", lambda: ROWS["naff"](threads=1, callback=stop))
     done = np.flatnonzero(np.isfinite(partial.residual))
     assert 0 < done.size < len(partial)
     same(partial.take(done), whole("naff").take(done))
@@ -442,9 +456,9 @@ EXEMPT = {
     "to_matrix": "another form of the same numbers",
     "diffusion_histogram": "counts of all orbits",
 }
-"""What takes sets, threads or a report and has no row, each with the reason."""
+"""What takes sets, threads or a callback and has no row, each with the reason."""
 
-OF_SETS = {"z0", "z", "J", "nu", "signal", "points", "threads", "report", "levels", "classes", "spectra", "unfolded"}
+OF_SETS = {"z0", "z", "J", "nu", "signal", "points", "threads", "callback", "levels", "classes", "spectra", "unfolded"}
 OF_SETS |= {"values", "section_map", "diffusion"}
 
 

@@ -21,7 +21,7 @@ from fastaff.runs.schemes.catalogue import SCHEMES
 from fastaff.systems.formulas.number import number
 from fastaff.systems.formulas.section_text import section_forms, section_in_words, section_named
 from fastaff.systems.models.mechanics import system_of
-from fastaff.systems.models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from fastaff.systems.models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Hyperplane
 
 HH, BODY = battery.HH, battery.BODY
 
@@ -92,9 +92,9 @@ SECTIONS = [
     (BODY, "alpha=1/4", AlphaEquals(0.25)),
     (BODY, "beta=0.2", BetaEquals(0.2)),
     (BODY, "Area = 2", AreaEquals(2.0)),
-    (HH, "x=0", Linear((1.0, 0.0, 0.0, 0.0))),
-    (HH, "y=-1e-3", Linear((0.0, 1.0, 0.0, 0.0), -1e-3)),
-    (fa.reduced(BODY, p_eta=0.3, p_gamma=0.2), "beta=0.5", Linear((0.0, 1.0, 0.0, 0.0), 0.5)),
+    (HH, "x=0", Hyperplane((1.0, 0.0, 0.0, 0.0))),
+    (HH, "y=-1e-3", Hyperplane((0.0, 1.0, 0.0, 0.0), -1e-3)),
+    (fa.reduced_body(BODY, p_eta=0.3, p_gamma=0.2), "beta=0.5", Hyperplane((0.0, 1.0, 0.0, 0.0), 0.5)),
 ]
 
 
@@ -109,8 +109,8 @@ def test_sections_of_texts(model, text, section):
 
 
 def test_sections_that_no_text_describes():
-    assert section_in_words(Linear((1.0, 1.0, 0.0, 0.0)), system_of(HH)).startswith("Linear(")
-    assert section_in_words(Linear((0.0, 0.0, 1.0, 0.0)), system_of(HH)).startswith("Linear(")
+    assert section_in_words(Hyperplane((1.0, 1.0, 0.0, 0.0)), system_of(HH)).startswith("Hyperplane(")
+    assert section_in_words(Hyperplane((0.0, 0.0, 1.0, 0.0)), system_of(HH)).startswith("Hyperplane(")
     assert section_in_words(battery.own_case, system_of(HH)) == repr(battery.own_case)
 
 
@@ -137,12 +137,12 @@ def test_texts_of_no_section(model, text, said):
 FORMS = {
     "section": [("x=0", battery.X), ("x = 0/3", battery.X)],
     "scheme": [("kahan li8", fa.KAHAN_LI8), ("KAHAN_LI8", fa.KAHAN_LI8)],
-    "second": [("dop853", fa.DOP853)],
+    "fallback": [("dop853", fa.DOP853)],
     "indicators": [
         (fa.SALI(), (fa.SALI(),)),
         ("sali", (fa.SALI(),)),
         ("GALI-2, megno", (fa.GALI(2), fa.MEGNO())),
-        (["sali", fa.MEGNO(limit=6.0)], (fa.SALI(), fa.MEGNO(limit=6.0))),
+        (["sali", fa.MEGNO(threshold=6.0)], (fa.SALI(), fa.MEGNO(threshold=6.0))),
     ],
     "names": [("lam", ("lam",))],
     "z0": [(battery.result("grid"), battery.result("grid").z0)],
@@ -171,7 +171,7 @@ def test_all_functions_with_such_an_argument_are_tried():
 def test_short_forms_are_the_full_ones(name, argument):
     base = battery.base(name)
     for short, full in FORMS[argument]:
-        body = {"body": HH} if "body" in base and argument == "z0" else {}
+        body = {"model": HH} if "model" in base and argument == "z0" else {}
         one, other = (battery.CALLS[name][0](**{**base, **body, argument: value}) for value in (short, full))
         same(one, other)
         assert repr(one.call) == repr(other.call)
@@ -182,8 +182,8 @@ def test_starts_by_position():
     one, other = (fa.integrate(HH, z0, time=1.0) for z0 in (grid, grid.z0))
     same(one, other)
     assert repr(one.call) == repr(other.call)
-    same(fa.Job(model=HH, starts=grid, integrate=battery.MOTION).starts, grid.z0)
-    same(fa.Job(model=HH, starts=grid.z0[:, 0], integrate=battery.MOTION).starts, grid.z0[:, :1])
+    same(fa.Job(model=HH, initial_conditions=grid, integrate=battery.MOTION).starts, grid.z0)
+    same(fa.Job(model=HH, initial_conditions=grid.z0[:, 0], integrate=battery.MOTION).starts, grid.z0[:, :1])
 
 
 def test_indicators_that_are_none():
@@ -200,20 +200,20 @@ def test_indicators_that_are_none():
 def test_jobs_of_plain_values():
     short = fa.Job(
         model="Neo Hookean",
-        surface={"energy": "3/2", "p_eta": "0.3", "section": "beta=1/5", "direction": -1},
-        starts={"grid": (3, 4), "range1": [0.1, 1]},
-        run={"scheme": "kahan-li8"},
+        energy_surface={"energy": "3/2", "p_eta": "0.3", "section": "beta=1/5", "direction": -1},
+        initial_conditions={"grid": (3, 4), "q_range": [0.1, 1]},
+        options={"scheme": "kahan-li8"},
         chaos_map={"time": "10*pi", "indicators": ("SALI", "gali 3")},
         frequency_map={"time": 20},
     )
     jobs = fa.jobs
     full = fa.Job(
         model=jobs.Model(model="neo-hookean"),
-        surface=jobs.Surface(energy=1.5, p_eta=0.3, section="beta=0.2", direction="-1"),
-        starts=jobs.Starts(grid="3x4", range1="0.1:1"),
-        run=jobs.Run(scheme="KAHAN_LI8"),
-        chaos_map=jobs.Chaos(time=10 * math.pi, indicators="sali,gali_3"),
-        frequency_map=jobs.Frequencies(time=20.0),
+        energy_surface=jobs.EnergySurface(energy=1.5, p_eta=0.3, section="beta=0.2", direction="-1"),
+        initial_conditions=jobs.InitialConditions(grid="3x4", q_range="0.1:1"),
+        options=jobs.RunOptions(scheme="KAHAN_LI8"),
+        chaos_map=jobs.ChaosOptions(time=10 * math.pi, indicators="sali,gali_3"),
+        frequency_map=jobs.FrequencyOptions(time=20.0),
     )
     assert short == full
     assert short.text() == full.text()
@@ -221,11 +221,13 @@ def test_jobs_of_plain_values():
 
 
 def test_numbers_as_texts_of_a_job_file():
-    job = fa.Job.parsed('[surface]\nenergy = "1/6"\n[starts]\nrange1 = "0:pi/4"\n[integrate]\ntime = "2*pi"\n')
-    assert (job.surface.energy, job.integrate.time) == (1 / 6, 2 * math.pi)
-    assert job.starts.ranges()[0] == (0.0, math.pi / 4)
-    with pytest.raises(ValueError, match=r"job: \[surface\] energy must be a number such as 1.5, 1/6"):
-        fa.Job.parsed('[surface]\nenergy = "exit()"\n[integrate]\ntime = 1\n')
+    job = fa.Job.parsed(
+        '[energy_surface]\nenergy = "1/6"\n[initial_conditions]\nq_range = "0:pi/4"\n[integrate]\ntime = "2*pi"\n'
+    )
+    assert (job.energy_surface.energy, job.integrate.time) == (1 / 6, 2 * math.pi)
+    assert job.initial_conditions.ranges()[0] == (0.0, math.pi / 4)
+    with pytest.raises(ValueError, match=r"job: \[energy_surface\] energy must be a number such as 1.5, 1/6"):
+        fa.Job.parsed('[energy_surface]\nenergy = "exit()"\n[integrate]\ntime = 1\n')
 
 
 # --- what helps in one reading ---------------------------------------------------------------------------------------
@@ -242,8 +244,8 @@ SURFACE = {"p_eta": 0.3, "p_gamma": 0.2}
         (lambda: fa.integrate(fa.HenonHeiles, battery.Z4, time=1.0), "write HenonHeiles()"),
         (lambda: fa.Body(HH), "HenonHeiles is a model itself, without Body"),
         (
-            lambda: fa.Body(potential=fa.formula("gent", G=1.0, Jm=30.0, K=2.0), mu=2.0),
-            "Body is a model itself, without Body: pass it as it is, its mass by fa.formula(..., mu=)",
+            lambda: fa.Body(potential=fa.affine_body("gent", G=1.0, Jm=30.0, K=2.0), mu=2.0),
+            "Body is a model itself, without Body: pass it as it is, its mass by fa.affine_body(..., mu=)",
         ),
         (lambda: fa.integrate("neo-hookean", battery.Z8, time=1.0), "write a model as a value"),
         (lambda: fa.integrate(BODY, battery.Z8.T, time=1.0), "transpose it, z0.T"),
@@ -254,7 +256,7 @@ SURFACE = {"p_eta": 0.3, "p_gamma": 0.2}
         (lambda: fa.integrate(HH, battery.Z4, time=1.0, dtype="f4"), "numbers are doubles; accuracy="),
         (lambda: fa.chaos_map(HH, battery.Z4, time=1.0, chunks=4), "fastaff.run(fastaff.Job(...), store) goes by"),
         (lambda: fa.frequency_map(HH, battery.Z4, time=1.0, n_jobs=4), "threads= share a call"),
-        (lambda: fa.integrate(HH, battery.Z4, time=1.0, progress=True), "fastaff.progress(False)"),
+        (lambda: fa.integrate(HH, battery.Z4, time=1.0, progress=True), "fastaff.show_progress(False)"),
         (lambda: fa.integrate(HH, battery.Z4, 1.0), "by position body, z0, all else by name"),
         (lambda: fa.integrate(HH, battery.Z4), "missing 1 required keyword-only argument: 'time'. It takes body"),
         (lambda: fa.energy_grid(HH, E=0.1), "Did you mean energy?"),
@@ -276,7 +278,7 @@ AXES = (np.linspace(-0.3, 0.4, 4), np.linspace(-0.2, 0.3, 3))
 CHAIN = fa.hamiltonian("(x**2 + (y - x)**2 + (z - y)**2 + z**2)/2", coordinates="x y z")
 LAUNCHES = {
     "sample": lambda: fa.energy_sample(HH, energy=0.1, orbits=7, section="x=0.05", seed=4),
-    "grid": lambda: fa.energy_grid(HH, energy=0.1, axes=AXES, section=Linear((0.0, 1.0, 0.0, 0.0), 0.02, -1)),
+    "grid": lambda: fa.energy_grid(HH, energy=0.1, axes=AXES, section=Hyperplane((0.0, 1.0, 0.0, 0.0), 0.02, -1)),
     "rows": lambda: fa.energy_grid(HH, energy=0.1, axes={"y": AXES[0], "p_y": AXES[1]}, section="x=0"),
     "volume": lambda: fa.energy_sample(CHAIN, energy=0.2, orbits=5, section="y=0.01"),
     "body": lambda: fa.energy_sample(BODY, energy=3.0, orbits=5, section="beta-turning"),
@@ -287,7 +289,7 @@ LAUNCHES = {
 def test_a_launch_set_knows_its_section(launch, tmp_path):
     """The same map, recipe too, as by naming it again, also after a file; a section that is named is taken."""
     starts = LAUNCHES[launch]()
-    model = {"volume": CHAIN, "body": BODY}.get(launch, HH)
+    model = {"volume": CHAIN, "model": BODY}.get(launch, HH)
     said = {"crossings": 3, "max_time": 60.0, "step": 0.05}
     own = starts.call.arguments["section"]
     named = fa.poincare_map(model, starts.z0, section=starts.section, **said)
@@ -307,7 +309,7 @@ def test_a_launch_set_knows_its_section(launch, tmp_path):
 
 def test_other_verbs_take_the_section_of_a_launch_set():
     grid = fa.energy_grid(HH, energy=0.1, axes=([0.25, 0.3], [0.0]), section="x=0")
-    for verb, said in ((fa.periodic_orbits, {}), (fa.find_periodic_orbits, {"max_period": 1})):
+    for verb, said in ((fa.periodic_orbits, {}), (fa.find_periodic_orbits, {"max_crossings": 1})):
         found, named = verb(HH, grid, **said), verb(HH, grid.z0, section="x=0", **said)
         np.testing.assert_array_equal(found.z, named.z)
         assert found.section == grid.section

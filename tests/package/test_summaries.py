@@ -11,6 +11,7 @@ from scipy.stats import binomtest
 
 import fastaff as fa
 from fastaff.chaos import Shares
+from fastaff.core.classification import is_regular
 from fastaff.core.status import Status, describe
 
 RNG = np.random.default_rng(7)
@@ -54,24 +55,24 @@ def test_the_reader_of_this_test():
 @pytest.mark.parametrize("seed", range(4))
 def test_chaos_maps(seed):
     found = fa.chaos_map(battery.HH, battery.Z4, **battery.REAL_TIME).take(RNG.integers(2, size=50))
-    adds_up(replace(found, status=random_status(50), verdict=RNG.integers(3, size=50)))
-    adds_up(replace(found, status=np.zeros(50, np.int64), verdict=RNG.integers(3, size=50)))
-    adds_up(replace(found, status=np.full(50, 3), verdict=RNG.integers(3, size=50)))
+    adds_up(replace(found, status=random_status(50), classification=RNG.integers(3, size=50)))
+    adds_up(replace(found, status=np.zeros(50, np.int64), classification=RNG.integers(3, size=50)))
+    adds_up(replace(found, status=np.full(50, 3), classification=RNG.integers(3, size=50)))
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_frequency_maps(seed):
-    """All OK orbits are of one kind: by the own lines, by another basis, irregular or undecided."""
+    """All OK orbits are of one class: by the own lines, by another basis, irregular or undecided."""
     call, options = battery.CALLS["frequency_map"]
     found = call(**options).take(np.zeros(50, np.int64))
     n = len(found.nu)
     basis = np.where(RNG.uniform(size=50) < 0.5, np.eye(n, dtype=np.int64)[:, :, None], RNG.integers(-2, 3, (n, n, 50)))
-    found = replace(found, status=random_status(50), kind=RNG.integers(4, size=50), basis=basis)
+    found = replace(found, status=random_status(50), classification=RNG.choice([0, 2, 3, 4], size=50), basis=basis)
     adds_up(found)
     rows = [[row for row in matrix.T if row.any()] for matrix in basis.T]
     other = [any(np.abs(row).sum() != 1 or row.min() < 0 for row in each) for each in rows]
     places = [any(row[k] != 1 for k, row in enumerate(matrix.T) if row.any()) for matrix in basis.T]
-    fine = (found.status == Status.OK) & (found.kind < 2)
+    fine = (found.status == Status.OK) & is_regular(found.classification)
     np.testing.assert_array_equal(found.other_basis, fine & (np.array(other) | places))
     adds_up(replace(found, status=np.full(50, 3)))
 
@@ -99,17 +100,17 @@ def test_scans():
         regular=kinds[0],
         chaotic=kinds[1],
         undecided=kinds[2],
-        rescued=np.minimum(kinds[0], 1),
+        recomputed=np.minimum(kinds[0], 1),
         statuses=statuses,
         done=done,
         **whole,
     )
-    cases, orbits, rescued, *_ = found.summary().split("; ")
+    cases, orbits, recomputed, *_ = found.summary().split("; ")
     assert re.match(r"12 cases: (\d+) of \d+ orbits, (\d+) empty, where the energy reaches nothing, 3 not done$", cases)
     assert sum(map(int, re.findall(r"[:,] (\d+) ", cases))) == 12
     total, *parts = counts(orbits)
     assert total == sum(parts) == kinds.sum()
-    assert rescued == f"{found.rescued.sum()} of them done again with the second scheme"
+    assert recomputed == f"{found.recomputed.sum()} of them done again with the fallback scheme"
 
 
 def test_levels():
@@ -124,7 +125,7 @@ def test_levels():
 
 
 def test_islands():
-    found = fa.islands(np.repeat(battery.POINTS[:, :, None], 5, axis=2), max_period=4)
+    found = fa.islands(np.repeat(battery.POINTS[:, :, None], 5, axis=2), max_islands=4)
     assert sum(counts(found.summary())) == 5
 
 
@@ -160,7 +161,7 @@ def test_a_fraction_is_said_with_what_is_open(sets):
             assert said == f"chaotic fraction unknown: none of {found.undecided.sum()} orbits is decided"
             continue
         with np.errstate(all="ignore"):
-            share = 100 * found.undecided / found.sound
+            share = 100 * found.undecided / found.completed
         parts, heads, places = [found.fraction, found.interval()], ["chaotic fraction ", "95 %: "], [3, 3]
         if found.undecided.any():
             parts = [found.bounds, share, found.fraction, found.interval()]

@@ -49,9 +49,9 @@ def texts():
     yield from (fa.hamiltonian(f"k*x**{n}", coordinates="x", k=1.0) for n in (2, 4, 6))
     yield fa.hamiltonian("k*x**2", coordinates="x", domain="1 - x", k=1.0)
     yield fa.hamiltonian("k*y**2", coordinates="y", k=1.0)
-    yield from (fa.mapping(f"x1 = k - x**{n} - p; p1 = x", k=1.0) for n in (2, 4))
-    yield from (fa.flow(f"x' = v; v' = -k*x**{n}", k=1.0) for n in (1, 3))
-    yield from (fa.formula(f"k*(D1**{n} + D2**{n})", k=1.0) for n in (2, 4))
+    yield from (fa.iterated_map(f"x1 = k - x**{n} - p; p1 = x", k=1.0) for n in (2, 4))
+    yield from (fa.ode(f"x' = v; v' = -k*x**{n}", k=1.0) for n in (1, 3))
+    yield from (fa.affine_body(f"k*(D1**{n} + D2**{n})", k=1.0) for n in (2, 4))
     yield fa.HenonHeiles(1.0)
     yield fa.models.StandardMap(1.0)
 
@@ -99,11 +99,11 @@ def test_parts_are_told_apart():
     def spring(x):
         return x * x / 2
 
-    assert fa.one_variable(spring) == fa.one_variable(spring) != fa.one_variable(lambda x: x**4)
+    assert fa.univariate(spring) == fa.univariate(spring) != fa.univariate(lambda x: x**4)
 
 
 @pytest.mark.parametrize(
-    ("names", "options"), [("x p_x", {}), ("p_x x", {}), ("p_y x y", {}), ("p_t x", {"period": "2*pi"})]
+    ("names", "options"), [("x p_x", {}), ("p_x x", {}), ("p_y x y", {}), ("p_t x", {"drive_period": "2*pi"})]
 )
 def test_a_coordinate_with_the_name_of_a_momentum_is_refused(names, options):
     with pytest.raises(ValueError, match=r"coordinate 'p_[xyt]' is taken: it is the name of the momentum of [xyt]"):
@@ -117,7 +117,7 @@ def test_other_names_of_momenta_make_room_for_such_a_coordinate():
 
 def test_a_class_with_two_rows_of_one_name_is_refused():
     twice = type("Twice", (type(fa.HenonHeiles()),), {"coordinates": ("x", "p_x")})
-    with pytest.raises(ValueError, match="body Twice must have different names of its rows"):
+    with pytest.raises(ValueError, match="model Twice must have different names of its rows"):
         fa.integrate(twice(), [0.1, 0.2, 0.0, 0.0], time=1.0)
 
 

@@ -20,7 +20,7 @@ OPEN = {
     "save": "parameters",
     "PeriodicOrbits": "section",  # what the caller gave
     "SectionMap": "section",
-    "TorusFit": "body",
+    "TorusFit": "model",
     "diffusion_histogram": "diffusion status",
     "ratio_web": "resonances",
     "level_diagram": "make",
@@ -49,15 +49,15 @@ assert_type(fa.chaos_map(body, grid.z0, time=500.0, indicators=(fa.MEGNO(), "sal
 assert_type(fa.chaos_map(body, grid.z0, time=500.0, indicators="megno").summary(), str)
 assert_type(fa.resonances(freq), fa.frequencies.Resonances)
 
-mine = fa.formula("C/2*(D1**2 + D2**2) + C/(D1*D2)", C=1.0)
+mine = fa.affine_body("C/2*(D1**2 + D2**2) + C/(D1*D2)", C=1.0)
 chain = fa.hamiltonian("(x**2 + (y - x)**2)/2 + k/4*(y - x)**4", k=0.5)
-kicked = fa.mapping("p1 = p + K*sin(x); x1 = x + p1", periods={"x": "2*pi"}, K=0.9)
-lorenz = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+kicked = fa.iterated_map("p1 = p + K*sin(x); x1 = x + p1", periodic={"x": "2*pi"}, K=0.9)
+lorenz = fa.ode("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
 none = fa.models.Zero()
 stackel = fa.models.StackelBody(fa.SeparableAlphaBeta(fa.models.Spring(1.0), none), none, none)
 systems: list[fa.models.contracts.Dynamics] = [mine, chain, kicked, lorenz, body, stackel, fa.HenonHeiles()]
 systems += [fa.models.StandardMap(0.5), fa.models.OneTurnMap(), fa.models.DoublePendulum()]
-systems += [fa.reduced(body, p_eta=0.1, p_gamma=0.2)]
+systems += [fa.reduced_body(body, p_eta=0.1, p_gamma=0.2)]
 for system in systems:
     assert_type(fa.integrate(system, [0.1, 0.2], time=3), fa.runs.Orbits)
 stiffer = chain._replace(k=2 * chain.k)

@@ -1,4 +1,4 @@
-"""Units of length, time and mass, the origin and the zero of V change no verdict, and no number beyond rounding:
+"""Units of length, time and mass, the origin and the zero of V change no classification, and no number beyond rounding:
 function by function.
 
 `integrate`, `chaos_map`, `frequency_map`, periodic orbits and energy surfaces have such tests beside their others.
@@ -29,7 +29,7 @@ in_units = pytest.mark.parametrize("model", OTHERS, ids=str)
 def points(energy, count, seed):
     """Phase points of the plane x = 0, in plain units."""
     return fa.energy_sample(
-        fa.HenonHeiles(), energy=energy, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), orbits=count, seed=seed
+        fa.HenonHeiles(), energy=energy, section=fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), orbits=count, seed=seed
     ).z0
 
 
@@ -45,8 +45,8 @@ def test_tori(model, energy, seed, time):
         fa.fit_torus(PLAIN, z0, time=time),
         fa.fit_torus(model, model.rows(z0[:, None])[:, 0], time=time * model.time),
     )
-    assert other.verdict is plain.verdict
-    if plain.verdict is fa.tori.Verdict.TORUS:
+    assert other.classification is plain.classification
+    if plain.classification is fa.Classification.REGULAR:
         np.testing.assert_array_equal(other.k.shape[0], plain.k.shape[0])
         np.testing.assert_allclose(other.nu * model.time, plain.nu, rtol=1e-9)
         np.testing.assert_allclose(other.J / action(model), plain.J, rtol=1e-7, atol=1e-9)
@@ -58,7 +58,7 @@ def test_resonances_of_frequency_maps(model):
     z0 = np.concatenate([points(0.05, 12, 1), points(0.11, 12, 2)], axis=1)
     plain = fa.frequency_map(PLAIN, z0, time=900.0)
     other = fa.frequency_map(model, model.rows(z0), time=900.0 * model.time)
-    np.testing.assert_array_equal(other.kind, plain.kind)
+    np.testing.assert_array_equal(other.classification, plain.classification)
     np.testing.assert_array_equal(other.rank, plain.rank)
     np.testing.assert_allclose(np.asarray(other.step) / model.time, plain.step, rtol=1e-9)
     first, second = (fa.resonances(f, max_order=12) for f in (plain, other))
@@ -98,7 +98,7 @@ def test_crossings_and_rotation_numbers(model):
     rows = np.array([other.points[1] / model.length - model.origin, other.points[3] / momentum])
     second = fa.rotation_number(rows)
     np.testing.assert_allclose(second.rotation, first.rotation, atol=1e-6)
-    kinds = [fa.islands(p).kind for p in (plain.points[[1, 3]], other.points[[1, 3]])]
+    kinds = [fa.islands(p).classification for p in (plain.points[[1, 3]], other.points[[1, 3]])]
     np.testing.assert_array_equal(*kinds)
 
 

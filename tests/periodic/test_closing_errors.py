@@ -49,13 +49,13 @@ class Draw:
         rows = [0, 2] if len(self.z) == 2 and len(found.z) == 4 else slice(None)
         rate = 2 * np.pi / self.time  # at most that of the motion
         off = np.linalg.norm((found.z[rows, 0] - self.z) / found.scale[rows, 0])
-        late = abs(found.time[0] - self.time) * rate
+        late = abs(found.period[0] - self.time) * rate
         error = found.error[0] + ROUNDED
         own = np.sort(np.abs(found.multipliers[:, 0]))
         order, truth = np.argsort(np.abs(found.multipliers[:, 0])), np.sort(self.multipliers)
         wrong = np.abs(own - truth) / (found.multiplier_errors[order, 0] + ROUNDED * truth)
         result = [off / error, late / error, *wrong]
-        if found.paired:
+        if found.symplectic:
             residue = (2 - self.multipliers.sum()) / 4
             result.append(abs(found.residue[0] - residue) / (found.residue_errors[0, 0] + ROUNDED * abs(residue)))
         return np.array(result)
@@ -78,7 +78,7 @@ def natural(rng):
     guess = z + 0.02 / large * scale * rng.uniform(-1, 1, 4)
     options = {"energy": P * P / (2 * m), "section": 0, **accuracy(rng, s, L)}
     del options["section"]
-    section = fa.Linear(tuple(normal), offset=float(normal[:2] @ (u, v)))
+    section = fa.Hyperplane(tuple(normal), offset=float(normal[:2] @ (u, v)))
     return Draw(model, section, z, time * s, np.array([large, 1 / large]), options, guess)
 
 
@@ -88,7 +88,9 @@ def driven(rng):
     large, u = 10 ** rng.uniform(0.3, 6), L * rng.choice([0.0, 1.0, 30.0]) * rng.standard_normal()
     k = np.log(large) * w / (2 * np.pi)
     V = "m*(L/s)**2*(-k*k*((x-u)/L-f*cos(w*t/s))**2/2 + b*((x-u)/L-f*cos(w*t/s))**4/4 + f*w*w*(x-u)/L*cos(w*t/s))"
-    model = fa.hamiltonian(V, coordinates="x", masses=[m], period="2*pi*s/w", m=m, L=L, s=s, k=k, b=b, f=f, w=w, u=u)
+    model = fa.hamiltonian(
+        V, coordinates="x", masses=[m], drive_period="2*pi*s/w", m=m, L=L, s=s, k=k, b=b, f=f, w=w, u=u
+    )
     z = np.array([u + L * f, 0.0])
     guess = z + 0.01 / large * np.array([L, m * L / s]) * rng.uniform(-1, 1, 2)
     time = 2 * np.pi * s / w
@@ -122,14 +124,14 @@ def test_orbits_whose_multipliers_leave_no_digits_say_so():
         found = fa.periodic_orbits(draw.model._replace(k=k), draw.z, section=draw.section)
         if found.status[0] == Status.OK:
             rate = 2 * np.pi / draw.time
-            assert abs(found.time[0] - draw.time) * rate <= found.error[0]
+            assert abs(found.period[0] - draw.time) * rate <= found.error[0]
             assert ("known to less than 1e-06" in found.summary()) == (found.error[0] > 1e-6)
         else:
             assert found.status[0] == Status.NOT_CONVERGED
     coarse = fa.periodic_orbits(
         fa.HenonHeiles(),
         [0.0, 0.0, np.sqrt(0.12), 0.2],
-        section=fa.Linear((1, 0, 0, 0)),
+        section=fa.Hyperplane((1, 0, 0, 0)),
         scheme=fa.YOSHIDA4,
         step=0.3,
         tolerance=1e-4,
@@ -169,12 +171,12 @@ def test_lyapunov_orbits_that_pass_the_moon_closely_have_the_period_of_a_symmetr
     start, period = np.array([x, 0.0, 0.0, v + x]), 2 * half(v).t[-1]
     V = "-(1 - m)/sqrt((x + m)**2 + y**2) - m/sqrt((x - 1 + m)**2 + y**2)"
     model = fa.hamiltonian(V, rotation=1.0, m=m)
-    section = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=int(sign))
+    section = fa.Hyperplane((0.0, 1.0, 0.0, 0.0), direction=int(sign))
     found = fa.periodic_orbits(model, start, section=section)
     assert found.status[0] == Status.OK
     rate = found.scale[2, 0] / found.scale[0, 0]
     # SciPy's error is that of half the orbit, at which 1e-13 has grown by the root of the multiplier.
-    assert abs(found.time[0] - period) * rate <= found.error[0] + 1e-10
+    assert abs(found.period[0] - period) * rate <= found.error[0] + 1e-10
     assert found.error[0] < 1e-8
-    branch = fa.continuation(model, found.z[:, 0], section=section, steps=1, length=1e-3)
-    assert abs(branch.orbits.time[0] - period) * rate <= branch.orbits.error[0] + 1e-10
+    branch = fa.continuation(model, found.z[:, 0], section=section, max_steps=1, ds=1e-3)
+    assert abs(branch.orbits.period[0] - period) * rate <= branch.orbits.error[0] + 1e-10

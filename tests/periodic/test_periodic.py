@@ -23,10 +23,10 @@ from fastaff.periodic import Event, Stability
 from fastaff.periodic.return_map import section_gradient
 from fastaff.plot.periodic import plot_periodic
 
-X = fa.Linear(normal=(1, 0, 0, 0))
+X = fa.Hyperplane(normal=(1, 0, 0, 0))
 OMEGA = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.eye(2), np.zeros((2, 2))]])
 BODY = fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.0)
-RADIAL = fa.Linear(normal=(0, 0, 1, 0))
+RADIAL = fa.Hyperplane(normal=(0, 0, 1, 0))
 
 
 def straight(E):
@@ -65,12 +65,12 @@ def all_periodic(period):
     E = 1 / 12
     axes = np.linspace(-0.4, 0.6, 24), np.linspace(-0.4, 0.4, 24)
     grid = fa.energy_grid(fa.HenonHeiles(), energy=E, section=X, axes=axes)
-    return fa.find_periodic_orbits(fa.HenonHeiles(), grid.z0, section=X, max_period=period, energy=E)
+    return fa.find_periodic_orbits(fa.HenonHeiles(), grid.z0, section=X, max_crossings=period, energy=E)
 
 
 @cache
 def radial_orbits():
-    model = fa.reduced(BODY, p_eta=0.3, p_gamma=0.2)
+    model = fa.reduced_body(BODY, p_eta=0.3, p_gamma=0.2)
     grid = fa.energy_grid(
         BODY,
         energy=1.5,
@@ -79,7 +79,9 @@ def radial_orbits():
         section=fa.AlphaTurning(),
         axes=(np.linspace(0.1, 1.2, 16), np.linspace(-1.4, 1.4, 16)),
     )
-    return model, fa.find_periodic_orbits(model, model.from_planes(grid.z0), section=RADIAL, max_period=3, energy=1.5)
+    return model, fa.find_periodic_orbits(
+        model, model.from_planes(grid.z0), section=RADIAL, max_crossings=3, energy=1.5
+    )
 
 
 @pytest.mark.parametrize("E", [0.004, 0.02, 1 / 12, 0.12, 0.15, 0.163])
@@ -88,7 +90,7 @@ def test_straight_orbits_have_their_period_and_hills_trace(E):
     orbit = fa.periodic_orbits(fa.HenonHeiles(), straight(E) + noise, section=X, energy=E)
     orbit.raise_if_failed()
     np.testing.assert_allclose(orbit.z[:, 0], straight(E), atol=1e-11)
-    assert orbit.time[0] == pytest.approx(straight_period(E), rel=1e-10)
+    assert orbit.period[0] == pytest.approx(straight_period(E), rel=1e-10)
     trace = hill_trace(E)
     assert orbit.indices[0, 0].real == pytest.approx(trace, abs=1e-9)
     assert np.trace(orbit.monodromy[:, :, 0]) - 2 == pytest.approx(trace, abs=1e-8)
@@ -104,13 +106,13 @@ def test_seven_simple_orbits_of_henon_heiles():
     them alike.
     """
     found = all_periodic(1)
-    assert found.period.tolist() == [1] * 7
+    assert found.crossings.tolist() == [1] * 7
     assert found.residual.max() < 1e-13
     elliptic = found.stability == Stability.ELLIPTIC
     assert elliptic.sum() == 4
     assert (found.stability == Stability.HYPERBOLIC).sum() == 3
     assert np.ptp(found.residue[~elliptic]) < 1e-11
-    assert np.ptp(found.time[~elliptic]) < 1e-11
+    assert np.ptp(found.period[~elliptic]) < 1e-11
     lines = elliptic & (np.abs(found.z[3]) > 0.1)
     assert lines.sum() == 2
     np.testing.assert_allclose(np.sort(found.z[3, lines]), [-np.sqrt(1 / 24), np.sqrt(1 / 24)], atol=1e-12)
@@ -133,7 +135,7 @@ def test_structure_of_monodromy_matrices():
     eigenvectors.
     """
     found = all_periodic(1)
-    M, S = (np.moveaxis(matrices, -1, 0) for matrices in (found.monodromy, found.reduced))
+    M, S = (np.moveaxis(matrices, -1, 0) for matrices in (found.monodromy, found.reduced_monodromy))
     assert np.abs(M.transpose(0, 2, 1) @ OMEGA @ M - OMEGA).max() < 1e-11
     assert np.abs(np.linalg.det(S) - 1).max() < 1e-11
     assert np.abs(np.trace(S, axis1=1, axis2=2) + 2 - np.trace(M, axis1=1, axis2=2)).max() < 1e-10
@@ -146,7 +148,7 @@ def test_structure_of_monodromy_matrices():
 
 def test_monodromy_against_differences_of_scipy():
     found = all_periodic(1)
-    z, T, h = found.z[:, 2], found.time[2], 1e-5
+    z, T, h = found.z[:, 2], found.period[2], 1e-5
     ends = [naive.solve(fa.HenonHeiles(), z + s * h * e, T)[0] for e in np.eye(4) for s in (1, -1)]
     expected = np.transpose([(up - down) / (2 * h) for up, down in zip(ends[::2], ends[1::2], strict=True)])
     np.testing.assert_allclose(found.monodromy[:, :, 2], expected, atol=2e-8)
@@ -168,27 +170,27 @@ def test_longer_orbits_come_in_pairs():
     and once.
     """
     _, found = radial_orbits()
-    assert found.period.tolist() == sorted(found.period)
-    np.testing.assert_array_equal(found.prime, found.period)
-    assert len(np.unique(found.same())) == found.period.size
-    np.testing.assert_array_equal(np.isfinite(found.points).all(axis=0).sum(axis=0), found.period)
-    chains = found.residue[found.period == 3]
+    assert found.crossings.tolist() == sorted(found.crossings)
+    np.testing.assert_array_equal(found.minimal_crossings, found.crossings)
+    assert len(np.unique(found.same())) == found.crossings.size
+    np.testing.assert_array_equal(np.isfinite(found.points).all(axis=0).sum(axis=0), found.crossings)
+    chains = found.residue[found.crossings == 3]
     assert chains.size >= 2
     assert (chains > 0).sum() == (chains < 0).sum()
 
 
 def test_same_orbits_are_one_wherever_they_start():
     model, found = radial_orbits()
-    chain = found.take(found.period == 3)
+    chain = found.take(found.crossings == 3)
     starts = chain.points[:, :, 0]
-    again = fa.periodic_orbits(model, starts, section=RADIAL, period=3, energy=1.5)
+    again = fa.periodic_orbits(model, starts, section=RADIAL, crossings=3, energy=1.5)
     again.raise_if_failed()
     assert again.same().tolist() == [0, 0, 0]
-    assert again.unique().period.size == 1
-    single = found.take(found.period == 1).take([0])
-    twice = fa.periodic_orbits(model, single.z, section=RADIAL, period=2, energy=1.5)
-    assert twice.prime.tolist() == [1]
-    assert twice.time[0] == pytest.approx(2 * single.time[0], rel=1e-11)
+    assert again.unique().crossings.size == 1
+    single = found.take(found.crossings == 1).take([0])
+    twice = fa.periodic_orbits(model, single.z, section=RADIAL, crossings=2, energy=1.5)
+    assert twice.minimal_crossings.tolist() == [1]
+    assert twice.period[0] == pytest.approx(2 * single.period[0], rel=1e-11)
     # Residue of the second power: the multipliers squared.
     assert twice.residue[0] == pytest.approx(4 * single.residue[0] * (1 - single.residue[0]), abs=1e-8)
 
@@ -198,12 +200,12 @@ def test_same_orbits_are_one_wherever_they_start():
 def test_resonant_tori_are_parabolic(C, p_beta):
     """All orbits of the reduced harmonic body have the period pi/omega: every point is periodic, with residue 0."""
     body = fa.Body(fa.Harmonic(C=C), mu=1.2)
-    model = fa.reduced(body, p_eta=0.4, p_gamma=0.3)
+    model = fa.reduced_body(body, p_eta=0.4, p_gamma=0.3)
     z = np.array([[1.1, 1.0], [0.7, 0.8], [0.0, 0.0], [p_beta, 0.1]])
-    found = fa.periodic_orbits(model, z, section=RADIAL._replace(direction=0), period=2, max_time=400.0, step=0.01)
+    found = fa.periodic_orbits(model, z, section=RADIAL._replace(direction=0), crossings=2, max_time=400.0, step=0.01)
     found.raise_if_failed()
     np.testing.assert_allclose(found.z, z, atol=1e-9)
-    np.testing.assert_allclose(found.time, np.pi * np.sqrt(1.2 / C), rtol=1e-9)
+    np.testing.assert_allclose(found.period, np.pi * np.sqrt(1.2 / C), rtol=1e-9)
     assert np.abs(found.residue).max() < 1e-8
     assert (found.stability == Stability.PARABOLIC).all()
 
@@ -211,7 +213,7 @@ def test_resonant_tori_are_parabolic(C, p_beta):
 def test_a_guess_beyond_the_saddle_is_not_found():
     found = fa.periodic_orbits(fa.HenonHeiles(), [0, 5.0, 0.1, 0.1], section=X, step=0.07, max_time=60.0)
     assert found.status[0] != Status.OK
-    assert np.isnan(found.time[0])
+    assert np.isnan(found.period[0])
     assert np.isnan(found.residue[0])
     assert found.stability[0] == Stability.UNKNOWN
 
@@ -232,11 +234,11 @@ def test_a_scheme_that_chooses_itself():
     found.raise_if_failed()
     assert found.indices[0, 0].real == pytest.approx(hill_trace(0.1), abs=1e-8)
     assert found.scheme in fa.AUTO.candidates
-    branch = fa.continuation(fa.HenonHeiles(), guess, section=X, energy=0.1, scheme=fa.AUTO, steps=3)
-    np.testing.assert_allclose(branch.orbits.time, [straight_period(E) for E in branch.value], rtol=1e-9)
+    branch = fa.continuation(fa.HenonHeiles(), guess, section=X, energy=0.1, scheme=fa.AUTO, max_steps=3)
+    np.testing.assert_allclose(branch.orbits.period, [straight_period(E) for E in branch.parameter], rtol=1e-9)
     grid = straight(0.1)[:, None] + 0.01 * np.random.default_rng(1).standard_normal((4, 5))
-    found = fa.find_periodic_orbits(fa.HenonHeiles(), grid, section=X, max_period=1, energy=0.1, scheme=fa.AUTO)
-    assert np.abs(found.time - straight_period(0.1)).min() < 1e-9
+    found = fa.find_periodic_orbits(fa.HenonHeiles(), grid, section=X, max_crossings=1, energy=0.1, scheme=fa.AUTO)
+    assert np.abs(found.period - straight_period(0.1)).min() < 1e-9
 
 
 def test_reduced_body_is_the_body():
@@ -246,7 +248,7 @@ def test_reduced_body_is_the_body():
     z = naive.states(BODY, 20, seed=8)
     E, p_eta, p_gamma = naive.constants(BODY, z)
     for o in range(z.shape[1]):
-        model = fa.reduced(BODY, p_eta=p_eta[o], p_gamma=p_gamma[o])
+        model = fa.reduced_body(BODY, p_eta=p_eta[o], p_gamma=p_gamma[o])
         w = model.from_planes(z[:, o])
         assert naive.energy(model, w) == pytest.approx(E[o], rel=1e-13)
         eta, gamma = np.arctan2(z[1, o], z[0, o]), np.arctan2(z[3, o], z[2, o])
@@ -258,13 +260,13 @@ def test_reduced_body_is_the_body():
             bend = (np.array(model.force(*up)) - np.array(model.force(*down))) / 2e-5
             np.testing.assert_allclose(model.tangent_force(*w[:2], *np.eye(2)[axis]), bend, rtol=1e-6, atol=1e-5)
     end = fa.integrate(BODY, z[:, 0], time=5.0, step=0.01).z[:, 0]
-    model = fa.reduced(BODY, p_eta=p_eta[0], p_gamma=p_gamma[0])
+    model = fa.reduced_body(BODY, p_eta=p_eta[0], p_gamma=p_gamma[0])
     reduced_end = fa.integrate(model, model.from_planes(z[:, 0]), time=5.0, step=0.01).z[:, 0]
     np.testing.assert_allclose(model.from_planes(end), reduced_end, atol=1e-9)
 
 
 def test_without_angular_momentum_beta_runs_through_zero():
-    model = fa.reduced(BODY, p_eta=0.3, p_gamma=0.0)
+    model = fa.reduced_body(BODY, p_eta=0.3, p_gamma=0.0)
     run = fa.integrate(model, [1.4, 0.0, 0.1, 0.6], time=20.0, samples=200, step=0.01)
     run.raise_if_failed()
     assert run.samples[:, 1].min() < -0.1 < 0.1 < run.samples[:, 1].max()
@@ -294,8 +296,8 @@ def test_units_origin_and_zero_of_the_potential_change_nothing(model):
     E = 0.11
     plain = orbits_in_natural_units(E)
     other = all_of(model, E)
-    assert other.period.tolist() == plain.period.tolist()
-    assert plain.period.size >= 6
+    assert other.crossings.tolist() == plain.crossings.tolist()
+    assert plain.crossings.size >= 6
     # Order within a period follows the residue, which symmetry makes equal: compare as sets.
     momentum = model.mass * model.length / model.time
     z = np.concatenate([other.z[:2] / model.length - model.origin, other.z[2:] / momentum])
@@ -303,7 +305,7 @@ def test_units_origin_and_zero_of_the_potential_change_nothing(model):
     match = apart.argmin(axis=1)
     assert sorted(match) == list(range(match.size))
     assert apart.min(axis=1).max() < 1e-9 * (1 + abs(model.zero) + model.origin)
-    np.testing.assert_allclose(other.time / model.time, plain.time[match], rtol=1e-9)
+    np.testing.assert_allclose(other.period / model.time, plain.period[match], rtol=1e-9)
     np.testing.assert_allclose(other.residue, plain.residue[match], atol=1e-7)
     np.testing.assert_array_equal(other.stability, plain.stability[match])
 
@@ -312,7 +314,9 @@ def all_of(model, E):
     axes = np.linspace(-0.4, 0.6, 10), np.linspace(-0.4, 0.4, 10)
     z0 = fa.energy_grid(fa.HenonHeiles(), energy=E, section=X, axes=axes).z0
     energy = (E + model.zero) * model.energy
-    return fa.find_periodic_orbits(model, model.rows(z0), section=model.section(), max_period=2, energy=energy, most=25)
+    return fa.find_periodic_orbits(
+        model, model.rows(z0), section=model.section(), max_crossings=2, energy=energy, max_guesses=25
+    )
 
 
 @cache
@@ -323,7 +327,7 @@ def orbits_in_natural_units(E):
 @cache
 def branch_in_natural_units(E):
     return fa.continuation(
-        HenonHeilesInUnits(), straight(E), section=X, energy=E, bounds=(E - 0.01, E + 0.04), steps=60
+        HenonHeilesInUnits(), straight(E), section=X, energy=E, bounds=(E - 0.01, E + 0.04), max_steps=60
     )
 
 
@@ -334,14 +338,16 @@ def test_branches_are_the_same_in_any_units(model):
     scale = model.energy
     bounds = tuple((end + model.zero) * scale for end in (E - 0.01, E + 0.04))
     energy = (E + model.zero) * scale
-    other = fa.continuation(model, model.rows(guess), section=model.section(), energy=energy, bounds=bounds, steps=60)
+    other = fa.continuation(
+        model, model.rows(guess), section=model.section(), energy=energy, bounds=bounds, max_steps=60
+    )
     assert other.status == plain.status == Status.OK
-    np.testing.assert_allclose(other.value / scale - model.zero, plain.value, rtol=1e-6)
+    np.testing.assert_allclose(other.parameter / scale - model.zero, plain.parameter, rtol=1e-6)
     np.testing.assert_allclose(other.arclength, plain.arclength, rtol=1e-4, atol=1e-6)
     assert [b.event for b in other.bifurcations] == [b.event for b in plain.bifurcations]
     for a, b in zip(other.bifurcations, plain.bifurcations, strict=True):
-        assert a.value / scale - model.zero == pytest.approx(b.value, rel=1e-9)
-        assert a.time / model.time == pytest.approx(b.time, rel=1e-8)
+        assert a.parameter / scale - model.zero == pytest.approx(b.parameter, rel=1e-9)
+        assert a.period / model.time == pytest.approx(b.period, rel=1e-8)
 
 
 @pytest.mark.parametrize("scheme", [fa.KAHAN_LI8, fa.BLANES_MOAN6, fa.SOFRONIOU_SPALETTA10], ids=naive.label)
@@ -356,7 +362,7 @@ def test_errors_cover_the_truth_from_coarse_to_fine_steps(scheme):
         rate = found.scale[2] / found.scale[0]
         own = 1e-13  # rounding of the truth: the cubic's roots
         assert (off <= found.error + own).all()
-        assert (np.abs(found.time - truth) * rate <= found.error + own).all()
+        assert (np.abs(found.period - truth) * rate <= found.error + own).all()
         assert step is not None or found.error.max() < 1e-9
 
 
@@ -364,23 +370,23 @@ def test_a_branch_goes_on_where_its_orbits_need_other_steps():
     """From gentle orbits into the wall of the logarithm: each point has a step that suits it, and the orbits are
     closed.
     """
-    model = fa.reduced(fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.3), p_eta=0.25, p_gamma=0.15)
+    model = fa.reduced_body(fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.3), p_eta=0.25, p_gamma=0.15)
     start = fa.periodic_orbits(model, [1.33, 0.94, 0.0, 0.0], section=RADIAL, energy=1.5)
     start.raise_if_failed()
-    up = fa.continuation(model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.2, 7.0), longest=0.3, steps=200)
+    up = fa.continuation(model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.2, 7.0), ds_max=0.3, max_steps=200)
     assert up.status == Status.OK
-    assert up.value[-1] == 7.0
+    assert up.parameter[-1] == 7.0
     assert up.orbits.error.max() < 1e-8
     assert up.orbits.step[-1] < up.orbits.step.max()
     end = up.orbits.take(-1)
-    z, T = end.z[:, 0], end.time[0]
+    z, T = end.z[:, 0], end.period[0]
     np.testing.assert_allclose(naive.solve(model, z, T)[0], z, atol=1e-9 * np.linalg.norm(end.monodromy))
     down = fa.continuation(
-        model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.0, 7.0), direction=-1, longest=0.3, steps=200
+        model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.0, 7.0), direction=-1, ds_max=0.3, max_steps=200
     )
     assert down.status == Status.ACTION_ZERO
     bottom = minimize(lambda q: float(model.potential_energy(*q)), down.orbits.z[:2, -1], tol=1e-15).fun
-    assert down.value[-1] == pytest.approx(bottom, rel=1e-4)
+    assert down.parameter[-1] == pytest.approx(bottom, rel=1e-4)
 
 
 def test_a_bifurcation_survives_where_the_branch_is_lost_between_two_points(monkeypatch):
@@ -396,57 +402,66 @@ def test_a_bifurcation_survives_where_the_branch_is_lost_between_two_points(monk
     whole = run()
     monkeypatch.setattr(family, "corrected", sometimes)
     holed = run()
-    assert [b.event for b in holed.bifurcations] == [b.event for b in whole.bifurcations] == [Event.DOUBLING]
-    assert abs(holed.bifurcations[0].value - whole.bifurcations[0].value) < 1e-9
+    assert [b.event for b in holed.bifurcations] == [b.event for b in whole.bifurcations] == [Event.PERIOD_DOUBLING]
+    assert abs(holed.bifurcations[0].parameter - whole.bifurcations[0].parameter) < 1e-9
 
 
 def test_relative_periodic_orbits_return_in_all_invariants_of_the_body():
     model, found = radial_orbits()
     assert (found.stability == Stability.ELLIPTIC).any()
     assert (found.stability == Stability.HYPERBOLIC).any()
-    for o in range(found.period.size):
+    for o in range(found.crossings.size):
         z = model.to_planes(found.z[:, o], eta=0.4, gamma=-1.1)
-        end = fa.integrate(BODY, z, time=found.time[o], step=0.005).z[:, 0]
+        end = fa.integrate(BODY, z, time=found.period[o], step=0.005).z[:, 0]
         np.testing.assert_allclose(
             model.from_planes(end), found.z[:, o], atol=1e-10 * np.linalg.norm(found.monodromy[:, :, o])
         )
         crossings = fa.poincare_map(
-            BODY, z, section=fa.AlphaTurning(), crossings=int(found.period[o]), max_time=100.0, step=0.005
+            BODY, z, section=fa.AlphaTurning(), crossings=int(found.crossings[o]), max_time=100.0, step=0.005
         )
-        assert crossings.times[-1, 0] == pytest.approx(found.time[o], rel=1e-9)
+        assert crossings.times[-1, 0] == pytest.approx(found.period[o], rel=1e-9)
 
 
 def test_branch_of_the_straight_orbit_changes_stability_where_hills_equation_says():
     """Brack 2001, Found. Phys. 31, 209: the first two bifurcations with Tr M = 2 at 6 E = 0.969309 and 0.986709."""
-    branch = fa.continuation(fa.HenonHeiles(), straight(0.1), section=X, bounds=(0.05, 0.1655), longest=0.05, steps=200)
+    branch = fa.continuation(
+        fa.HenonHeiles(), straight(0.1), section=X, bounds=(0.05, 0.1655), ds_max=0.05, max_steps=200
+    )
     assert branch.status == Status.OK
-    assert branch.value[-1] == 0.1655
-    events = [(b.event, b.value) for b in branch.bifurcations]
-    assert [e for e, _ in events] == [Event.DOUBLING, Event.DOUBLING, Event.BRANCHING, Event.BRANCHING]
+    assert branch.parameter[-1] == 0.1655
+    events = [(b.event, b.parameter) for b in branch.bifurcations]
+    assert [e for e, _ in events] == [
+        Event.PERIOD_DOUBLING,
+        Event.PERIOD_DOUBLING,
+        Event.BRANCH_POINT,
+        Event.BRANCH_POINT,
+    ]
     assert 6 * events[2][1] == pytest.approx(0.969309, abs=1e-6)
     assert 6 * events[3][1] == pytest.approx(0.986709, abs=1e-6)
     for event, E in events[1:3]:
-        target = -2.0 if event == Event.DOUBLING else 2.0
+        target = -2.0 if event == Event.PERIOD_DOUBLING else 2.0
         assert brentq(lambda e, target=target: hill_trace(e) - target, E - 1e-4, E + 1e-4, xtol=1e-12) == pytest.approx(
             E, abs=1e-9
         )
     for bifurcation in branch.bifurcations:
-        assert bifurcation.time == pytest.approx(straight_period(bifurcation.value), rel=1e-9)
-    np.testing.assert_allclose(branch.orbits.time, [straight_period(E) for E in branch.value], rtol=1e-9)
-    np.testing.assert_allclose(branch.orbits.energy, branch.value, rtol=1e-14)
+        assert bifurcation.period == pytest.approx(straight_period(bifurcation.parameter), rel=1e-9)
+    np.testing.assert_allclose(branch.orbits.period, [straight_period(E) for E in branch.parameter], rtol=1e-9)
+    np.testing.assert_allclose(branch.orbits.energy, branch.parameter, rtol=1e-14)
 
 
 def test_branch_in_a_parameter_is_the_scaled_branch_in_the_energy():
     """H of lam at energy E is H of 1 at energy lam^2 E with z scaled by lam: same period, same residue."""
     E = 0.08
     branch = fa.continuation(
-        fa.HenonHeiles, straight(E), section=X, parameter=1.0, energy=E, bounds=(0.5, 1.3), longest=0.1
+        fa.HenonHeiles, straight(E), section=X, parameter=1.0, energy=E, bounds=(0.5, 1.3), ds_max=0.1
     )
-    assert branch.value[-1] == 1.3
+    assert branch.parameter[-1] == 1.3
     assert (branch.orbits.energy == E).all()
-    np.testing.assert_allclose(branch.orbits.time, [straight_period(lam**2 * E) for lam in branch.value], rtol=1e-9)
     np.testing.assert_allclose(
-        branch.orbits.indices[0].real, [hill_trace(lam**2 * E) for lam in branch.value], atol=1e-8
+        branch.orbits.period, [straight_period(lam**2 * E) for lam in branch.parameter], rtol=1e-9
+    )
+    np.testing.assert_allclose(
+        branch.orbits.indices[0].real, [hill_trace(lam**2 * E) for lam in branch.parameter], atol=1e-8
     )
 
 
@@ -455,14 +470,22 @@ def test_branch_passes_a_fold():
     fold.
     """
     model, found = radial_orbits()
-    chain = found.take((found.period == 3) & (found.stability == Stability.ELLIPTIC)).take([0])
+    chain = found.take((found.crossings == 3) & (found.stability == Stability.ELLIPTIC)).take([0])
     branch = fa.continuation(
-        model, chain.z, section=RADIAL, period=3, energy=1.5, direction=-1, bounds=(0.3, 1.6), longest=0.1, steps=150
+        model,
+        chain.z,
+        section=RADIAL,
+        crossings=3,
+        energy=1.5,
+        direction=-1,
+        bounds=(0.3, 1.6),
+        ds_max=0.1,
+        max_steps=150,
     )
     folds = [b for b in branch.bifurcations if b.event == Event.FOLD]
     assert folds
-    assert branch.value.min() >= folds[0].value - 1e-9
-    assert branch.value[-1] > folds[0].value
+    assert branch.parameter.min() >= folds[0].parameter - 1e-9
+    assert branch.parameter[-1] > folds[0].parameter
     low = branch.arclength < folds[0].arclength
     assert branch.orbits.residue[low][-1] * branch.orbits.residue[~low][0] < 0
     assert branch.orbits.residual.max() < 1e-9
@@ -480,7 +503,7 @@ def test_gradient_of_sections_that_are_not_analytic():
 def test_wrong_input_is_named():
     model = fa.HenonHeiles()
     for name, error, call in (
-        ("period", ValueError, lambda: fa.periodic_orbits(model, straight(0.1), section=X, period=0)),
+        ("crossings", ValueError, lambda: fa.periodic_orbits(model, straight(0.1), section=X, crossings=0)),
         ("energy", ValueError, lambda: fa.periodic_orbits(model, straight(0.1), section=X, energy=[0.1, 0.2])),
         ("energy", TypeError, lambda: fa.periodic_orbits(model, straight(0.1), section=X, energy="low")),
         ("section", TypeError, lambda: fa.periodic_orbits(model, straight(0.1), section=3)),
@@ -490,8 +513,8 @@ def test_wrong_input_is_named():
         ("direction", ValueError, lambda: fa.continuation(model, straight(0.1), section=X, direction=0)),
         ("model", TypeError, lambda: fa.continuation(model, straight(0.1), section=X, parameter=1.0)),
         ("z0", ValueError, lambda: fa.continuation(model, [0, 5.0, 0.1, 0], section=X, max_time=30.0)),
-        ("body", TypeError, lambda: fa.reduced(model, p_eta=0.1, p_gamma=0.1)),
-        ("p_gamma", ValueError, lambda: fa.reduced(BODY, p_eta=0.1, p_gamma=np.nan)),
+        ("model", TypeError, lambda: fa.reduced_body(model, p_eta=0.1, p_gamma=0.1)),
+        ("p_gamma", ValueError, lambda: fa.reduced_body(BODY, p_eta=0.1, p_gamma=np.nan)),
         ("section_map", TypeError, lambda: fa.periodic.periodic_guesses(np.zeros((3, 4)), 1)),
     ):
         with pytest.raises(error, match=name):
@@ -519,14 +542,14 @@ def test_marks_and_labels():
 @pytest.mark.slow
 def test_a_family_that_shrinks_to_an_equilibrium_ends_with_steps_that_are_not_much_finer():
     """The shear mode of an Ogden body: where orbits were missed steps halved from point to point, without an end."""
-    rubber = fa.formula("ogden", a1=2.0, m1=1.2, a2=-0.3, m2=-1.5, K=6.0)
-    plane, section = fa.reduced(rubber, p_eta=0.0, p_gamma=0.0), fa.Linear(normal=(0, 0, 1.0, 0.3))
-    options = {"section": section, "direction": -1, "bounds": (1e-4, 3.0), "longest": 0.4}
+    rubber = fa.affine_body("ogden", a1=2.0, m1=1.2, a2=-0.3, m2=-1.5, K=6.0)
+    plane, section = fa.reduced_body(rubber, p_eta=0.0, p_gamma=0.0), fa.Hyperplane(normal=(0, 0, 1.0, 0.3))
+    options = {"section": section, "direction": -1, "bounds": (1e-4, 3.0), "ds_max": 0.4}
     branch = fa.continuation(plane, [np.sqrt(2), 0.05, 0.0, 0.0], **options)
-    assert (np.diff(branch.value) < 0).all()
+    assert (np.diff(branch.parameter) < 0).all()
     assert branch.orbits.step[-1] > branch.orbits.step[0] / 64
     # Linear at small strains: 2 G = a1 m1 + a2 m2.
-    assert abs(2 * np.pi / branch.orbits.time[-1] - np.sqrt(2.0 * 1.2 + 0.3 * 1.5)) < 1e-3
+    assert abs(2 * np.pi / branch.orbits.period[-1] - np.sqrt(2.0 * 1.2 + 0.3 * 1.5)) < 1e-3
 
 
 @pytest.mark.parametrize(
@@ -537,5 +560,5 @@ def test_a_search_refuses_before_it_runs_a_map(monkeypatch, argument, value):
     monkeypatch.setattr(module, "poincare_map", None)  # where it is called, TypeError without the name
     with pytest.raises((TypeError, ValueError), match=f"^{argument} must be"):
         fa.find_periodic_orbits(
-            fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", max_period=1, step=0.1, **{argument: value}
+            fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", max_crossings=1, step=0.1, **{argument: value}
         )

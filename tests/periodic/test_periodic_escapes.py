@@ -14,7 +14,7 @@ def drawn_map(rng):
     degree, (s, r) = int(rng.integers(1, 4)), 10.0 ** rng.uniform(-6, 6, 2)
     a = np.append(3 * rng.standard_normal(degree + 1), np.zeros(3 - degree))
     c, d = np.array([s, r]) * rng.choice([0, 1, 1e3]) * rng.standard_normal(2)
-    model = fa.mapping(
+    model = fa.iterated_map(
         "x1 = c + s*(a0 + (x - c)/s*(a1 + (x - c)/s*(a2 + (x - c)/s*a3)) - (p - d)/r); p1 = d + r*(x - c)/s",
         **dict(zip(("a0", "a1", "a2", "a3"), a, strict=True)),
         **{"c": c, "d": d, "s": s, "r": r},
@@ -51,12 +51,12 @@ def test_fixed_points_of_random_polynomial_maps_close_within_their_errors():
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
 def test_a_guess_beside_a_fixed_point_whose_neighbours_escape_is_no_orbit(unit):
     """x' = a - x^2 - p at a = 3: (-3, -3), to which the guess is led."""
-    model = fa.mapping("x1 = u*(a - (x/u)**2) - p; p1 = x", a=3.0, u=unit)
+    model = fa.iterated_map("x1 = u*(a - (x/u)**2) - p; p1 = x", a=3.0, u=unit)
     for guess in ([-2.999, -3.0], [-2.9, -3.2], [-4.0, -1.0]):
         found = fa.periodic_orbits(model, unit * np.array(guess))
         assert found.status[0] == Status.OK
         assert found.z[:, 0] / unit == pytest.approx([-3.0, -3.0], rel=1e-14)
-    none = fa.mapping("x1 = u*(a - (x/u)**2) - p; p1 = x", a=-1.1, u=unit)
+    none = fa.iterated_map("x1 = u*(a - (x/u)**2) - p; p1 = x", a=-1.1, u=unit)
     assert (fa.periodic_orbits(none, unit * np.array([[-1.0, -1.001], [-1.0, -1.0]])).status != Status.OK).all()
 
 
@@ -64,11 +64,11 @@ def test_a_guess_beside_a_fixed_point_whose_neighbours_escape_is_no_orbit(unit):
 def test_a_family_whose_neighbours_escape_closes(start, branch):
     """x = -1 +- sqrt(1 + a) of x' = a - x^2 - p, from a = 3 on: within the errors at every point."""
     family = fa.continuation(
-        lambda a: fa.mapping("x1 = a - x**2 - p; p1 = x", a=a), [start, start], parameter=3.0, steps=50
+        lambda a: fa.iterated_map("x1 = a - x**2 - p; p1 = x", a=a), [start, start], parameter=3.0, max_steps=50
     )
-    true = -1 + branch * np.sqrt(1 + family.value)
+    true = -1 + branch * np.sqrt(1 + family.parameter)
     away = np.linalg.norm((family.orbits.z - true) / family.orbits.scale, axis=0)
-    assert len(family.value) == 51
+    assert len(family.parameter) == 51
     assert (away <= family.orbits.error + 1e-15 * np.abs(true) / family.orbits.scale[0]).all()
     assert np.abs(family.orbits.z - true).max() < 1e-12 * np.abs(true).max()
 
@@ -80,7 +80,7 @@ def test_driven_saddles_whose_neighbours_escape_close():
         w, s = 10 ** rng.uniform(-0.5, 0.5), 10 ** rng.uniform(-4, 4)
         rate = w * rng.uniform(0.3, 1.2)
         F = s * rate**2 * 10 ** rng.uniform(-4, 0)
-        model = fa.hamiltonian("-l*x**2/2 - F*x*cos(w*t)", coordinates="x", period="2*pi/w", l=rate**2, F=F, w=w)
+        model = fa.hamiltonian("-l*x**2/2 - F*x*cos(w*t)", coordinates="x", drive_period="2*pi/w", l=rate**2, F=F, w=w)
         found = fa.periodic_orbits(model, rng.standard_normal((2, 4)) * s * np.array([[1], [rate]]), section="t=0")
         assert (found.status == Status.OK).all()
         assert found.z[0] == pytest.approx(-F / (rate**2 + w**2), rel=1e-9)

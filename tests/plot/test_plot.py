@@ -79,19 +79,19 @@ def test_edge_is_where_the_energy_grid_ends(section):
     # Negative momenta: on an area section the direction forbids some of the positive ones.
     for u, p in zip(edge.coordinate[middle], -edge.momentum[middle]):
         inside = fastaff.energy_grid(NEO, section=section, axes=([u], [0.95 * p]), **SURFACE)
-        assert inside.cell.size == 1
+        assert inside.cell_index.size == 1
         with pytest.raises(ValueError, match="reaches no cell"):
             fastaff.energy_grid(NEO, section=section, axes=([u], [1.01 * p]), **SURFACE)
 
 
 def test_edge_of_henon_heiles_is_the_well_not_the_valleys():
-    edge = plot.edge(fastaff.HenonHeiles(), fastaff.Linear((1, 0, 0, 0)), energy=1 / 8)
+    edge = plot.edge(fastaff.HenonHeiles(), fastaff.Hyperplane((1, 0, 0, 0)), energy=1 / 8)
     # y^2/2 - y^3/3 = 1/8: the well between y = -0.4340 and 0.6731 (roots of the cubic).
     roots = np.sort(np.roots([-1 / 3, 1 / 2, 0, -1 / 8]).real)
     assert (edge.coordinate[0], edge.coordinate[-1]) == pytest.approx((roots[0], roots[1]), abs=1e-9)
     assert edge.momentum.max() == pytest.approx(0.5, abs=1e-5)
     with pytest.raises(ValueError, match="nothing bounds"):
-        plot.edge(fastaff.HenonHeiles(), fastaff.Linear((1, 0, 0, 0)), energy=1.0)
+        plot.edge(fastaff.HenonHeiles(), fastaff.Hyperplane((1, 0, 0, 0)), energy=1.0)
 
 
 @pytest.mark.parametrize(("pieces", "energy"), [(1, 0.05), (2, -0.1)])
@@ -148,9 +148,9 @@ def test_resonances_between():
     assert all(1.2 < -m / n < 1.6 for n, _, m in plot.resonances_between(1.2, 1.6, 20))
 
 
-def test_three_coordinates_are_drawn_by_their_leading_lines(ax):
+def test_three_coordinates_are_drawn_by_their_dominant_lines(ax):
     """Independent frequencies of a triaxial potential change their order from orbit to orbit: their ratios are a cross
-    of dots, those of the leading lines of x, y and z lie near the potential's own.
+    of dots, those of the dominant lines of x, y and z lie near the potential's own.
     """
     body = fastaff.hamiltonian("0.5*log(x**2 + (y/0.9)**2 + (z/0.7)**2 + 0.01)", coordinates="x, y, z")
     v = np.random.default_rng(9).normal(size=(3, 60))
@@ -159,9 +159,9 @@ def test_three_coordinates_are_drawn_by_their_leading_lines(ax):
     drawn = plot.plot_frequency_map(found, ax=ax, lines=[(1, -1, 0)])
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\nu_{x}/\nu_{z}$", r"$\nu_{y}/\nu_{z}$")
     places = np.asarray(drawn.points.get_offsets())
-    shown = np.isfinite(found.leading_error).all(axis=0)
+    shown = np.isfinite(found.dominant_error).all(axis=0)
     assert len(places) == shown.sum() > 50
-    truth = (found.leading[:2] / found.leading[2])[:, shown]
+    truth = (found.dominant[:2] / found.dominant[2])[:, shown]
     np.testing.assert_allclose(np.sort(places[:, 0]), np.sort(truth[0]))
     np.testing.assert_allclose(np.sort(places[:, 1]), np.sort(truth[1]))
     assert (places < 1.3).all()
@@ -187,25 +187,27 @@ def test_a_harmonic_is_no_line_of_its_coordinate(ax):
         "-1/sqrt(x**2 + y**2 + (0.5 + sqrt(z**2 + 0.01))**2) + 0.32*log(0.09 + x**2 + y**2 + z**2/0.64)",
         coordinates="x, y, z",
     )
-    found = fastaff.frequency_map(body, _stars(body, 3), time=400.0, angles="R z phi")
-    strong = (found.kind == 0) & (found.basis[0, 1] == 2) & (found.basis[0, 0] == 0)
-    plain = (found.kind == 0) & (found.basis[0, 0] == 1)
+    found = fastaff.frequency_map(body, _stars(body, 3), time=400.0, signals="R z phi")
+    strong = (
+        (found.classification == fastaff.Classification.REGULAR) & (found.basis[0, 1] == 2) & (found.basis[0, 0] == 0)
+    )
+    plain = (found.classification == fastaff.Classification.REGULAR) & (found.basis[0, 0] == 1)
     assert strong.sum() > 2 < plain.sum()
-    np.testing.assert_allclose(found.leading[0, strong], 2 * found.nu[1, strong], rtol=1e-6)
+    np.testing.assert_allclose(found.dominant[0, strong], 2 * found.nu[1, strong], rtol=1e-6)
     R = plot.frequency(found, "R/phi")
-    np.testing.assert_array_equal(R[strong], (found.nu[0] / found.leading[2])[strong])
-    np.testing.assert_array_equal(R[plain], (found.leading[0] / found.leading[2])[plain])
-    assert 1.2 < R[plain | strong].min() < R[plain | strong].max() < 2.0  # leading lines: up to 2.8
+    np.testing.assert_array_equal(R[strong], (found.nu[0] / found.dominant[2])[strong])
+    np.testing.assert_array_equal(R[plain], (found.dominant[0] / found.dominant[2])[plain])
+    assert 1.2 < R[plain | strong].min() < R[plain | strong].max() < 2.0  # dominant lines: up to 2.8
     drawn = plot.plot_frequency_map(found, ax=ax)
     assert [text.get_text() for text in ax.texts] == [f"{strong.sum()} of {60 - drawn.missing} orbits by another basis"]
-    for chosen in (found.leading, found.nu):
+    for chosen in (found.dominant, found.nu):
         ax.clear()
         figure = plot.plot_frequency_map(found, ax=ax, frequencies=chosen)
         places = np.asarray(figure.points.get_offsets())
-        shown = np.isfinite(found.error).all(axis=0) & np.isfinite(found.leading_error).all(axis=0)
+        shown = np.isfinite(found.error).all(axis=0) & np.isfinite(found.dominant_error).all(axis=0)
         np.testing.assert_allclose(np.sort(places[:, 0]), np.sort((chosen[0] / chosen[2])[shown]))
     assert any("by another basis" in text.get_text() for text in figure.points.axes.texts)  # that of nu
-    for wrong in ("nu", "leading", found.nu[:2], found.nu[0], 3.0):
+    for wrong in ("nu", "dominant", found.nu[:2], found.nu[0], 3.0):
         with pytest.raises(ValueError, match=r"frequencies must be an array \(3, 60\), such as found.nu or"):
             plot.plot_frequency_map(found, ax=ax, frequencies=wrong)
 
@@ -332,12 +334,12 @@ def test_plot_diffusion_grid(ax):
     grid = fastaff.energy_grid(
         NEO, section=fastaff.AlphaTurning(), axes=(np.linspace(0.1, 1.2, 9), np.linspace(-1.6, 1.6, 7)), **SURFACE
     )
-    values = np.linspace(-9, -2, grid.cell.size)
+    values = np.linspace(-9, -2, grid.cell_index.size)
     values[0] = np.nan
     drawn = plot.plot_diffusion_grid(grid, values, ax=ax)
     assert drawn.missing == 1
     assert ax.get_title(loc="left") == "grey: 1 orbit without a value"
-    assert drawn.points.get_array().count() == grid.cell.size - 1
+    assert drawn.points.get_array().count() == grid.cell_index.size - 1
     assert drawn.points.get_rasterized()
     with pytest.raises(ValueError, match="values must have shape"):
         plot.plot_diffusion_grid(grid, values[1:], ax=ax)
@@ -351,7 +353,7 @@ def test_a_grid_of_a_result_has_its_colours_and_no_lost_orbit(ax):
     assert 10 < lost.sum() < 60
     drawn, own = plot.plot_diffusion_grid(grid, found, ax=ax), found.plot()
     assert drawn.missing == lost.sum()
-    np.testing.assert_array_equal(np.ma.getmaskarray(drawn.points.get_array()), grid.spread(1.0 * lost).T == 1)
+    np.testing.assert_array_equal(np.ma.getmaskarray(drawn.points.get_array()), grid.to_grid(1.0 * lost).T == 1)
     for end in ("vmin", "vcenter", "vmax"):
         assert getattr(drawn.points.norm, end) == getattr(own.points.norm, end)
     assert drawn.colorbar.ax.get_ylabel() == own.colorbar.ax.get_ylabel() != ""

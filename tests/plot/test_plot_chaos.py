@@ -1,4 +1,4 @@
-"""Figures of chaos: what they draw, where the limit is, what is missing."""
+"""Figures of chaos: what they draw, where the threshold is, what is missing."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ def chaos_map(orbits, slots=0):
     part = np.arange(orbits) / orbits
     megno = np.where(part < 0.5, 20.0 + part, 2.0 - 0.1 * part)
     sali = np.where(part < 0.25, -14.0 - part, -1.0 - part)
-    values, limits = np.array([megno, sali]), np.array([[5.0], [-7.0]]) * np.ones(orbits)
+    values, thresholds = np.array([megno, sali]), np.array([[5.0], [-7.0]]) * np.ones(orbits)
     values[:, -1] = np.nan
     by = np.array([values[0] > 5, values[1] < -7]).astype(int)
-    verdict = np.where(by[0] == by[1], by[0], fastaff.chaos.Character.UNDECIDED)
-    verdict[-1] = fastaff.chaos.Character.UNDECIDED
+    classification = np.where(by[0] == by[1], by[0], fastaff.Classification.UNDECIDED)
+    classification[-1] = fastaff.Classification.UNDECIDED
     status = np.zeros(orbits, int)
-    status[-1] = fastaff.Status.COLLAPSED
+    status[-1] = fastaff.Status.OUT_OF_DOMAIN
     times = np.geomspace(1.0, 1000.0, slots)[:, None] * np.ones(orbits)
     history = np.array([np.full((slots, orbits), 2.0), -2 * np.log10(times)])
     return fastaff.chaos.ChaosMap(
         ("megno", "sali"),
         values,
-        limits,
+        thresholds,
         by,
-        verdict,
+        classification,
         np.full(orbits, np.nan),
         np.full((2, orbits), np.nan),
         None,
@@ -88,25 +88,25 @@ def scan(*axes):
 
 @pytest.mark.parametrize("name", ["megno", "sali"])
 def test_map_of_an_indicator(grid, ax, name):
-    found = chaos_map(grid.cell.size)
+    found = chaos_map(grid.cell_index.size)
     drawn = plot_chaos.plot_chaos_map(grid, found, indicator=name, ax=ax, boundary=plot.edge(NEO, **SURFACE))
     assert drawn.missing == 1
-    assert drawn.points.get_array().count() == grid.cell.size - 1
-    assert drawn.points.norm.vcenter == found.limits[found.names.index(name), 0]
+    assert drawn.points.get_array().count() == grid.cell_index.size - 1
+    assert drawn.points.norm.vcenter == found.thresholds[found.names.index(name), 0]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\beta$", r"$p_{\beta}$")
     grey = ax.collections[0].get_array()
-    assert np.flatnonzero(~np.ma.getmaskarray(grey.T).ravel()).tolist() == [grid.cell[-1]]
+    assert np.flatnonzero(~np.ma.getmaskarray(grey.T).ravel()).tolist() == [grid.cell_index[-1]]
     assert ax.get_legend().get_texts()[0].get_text() == "1 left the domain"
     ticks = [text.get_text() for text in drawn.colorbar.ax.get_yticklabels()]
-    assert ticks[-1] == {"megno": "limit 5", "sali": "limit \N{MINUS SIGN}7"}[name]
+    assert ticks[-1] == {"megno": "threshold 5", "sali": "threshold \N{MINUS SIGN}7"}[name]
     # Chaos is bright, and at the top of the bar, whichever way the indicator goes.
     lightness = drawn.points.to_rgba(found.values[found.names.index(name), [0, -2]])[:, :3] @ [0.2126, 0.7152, 0.0722]
     assert lightness[0] > lightness[1] + 0.2
     assert drawn.colorbar.ax.yaxis_inverted() == (name == "sali")
 
 
-def test_map_of_the_verdict(grid, ax):
-    found = chaos_map(grid.cell.size)
+def test_map_of_the_classification(grid, ax):
+    found = chaos_map(grid.cell_index.size)
     drawn = plot_chaos.plot_chaos_map(grid, found, ax=ax)
     classes, counts = np.unique(drawn.points.get_array().compressed(), return_counts=True)
     fine = found.status == 0
@@ -124,21 +124,21 @@ def test_map_of_random_points(ax):
 
 def test_map_refuses(grid, ax):
     with pytest.raises(ValueError, match="indicator must be one of megno, sali"):
-        plot_chaos.plot_chaos_map(grid, chaos_map(grid.cell.size), indicator="gali_2", ax=ax)
+        plot_chaos.plot_chaos_map(grid, chaos_map(grid.cell_index.size), indicator="gali_2", ax=ax)
     with pytest.raises(ValueError, match="chaos_map must be of the"):
         plot_chaos.plot_chaos_map(grid, chaos_map(3), ax=ax)
 
 
 @pytest.mark.parametrize("values", [[], [2.0], [9.0], [1.0, 2.0, 3.0], [5.0], [2.0, 40.0, np.nan], [-np.inf, 6.0]])
 def test_scale_has_the_limit_in_its_middle(values):
-    scale = scales.limit_scale(np.array(values), 5.0)
+    scale = scales.threshold_scale(np.array(values), 5.0)
     assert scale.vmin < 5.0 < scale.vmax
     assert scale(5.0) == 0.5
 
 
 def test_colours_step_at_the_limit():
     for falls in (False, True):
-        colours = scales.limit_colours(falls)(np.arange(256))[:, :3] @ [0.2126, 0.7152, 0.0722]
+        colours = scales.threshold_colours(falls)(np.arange(256))[:, :3] @ [0.2126, 0.7152, 0.0722]
         steps = np.diff(colours) * (-1 if falls else 1)
         assert (steps >= 0).all(), "bright towards chaos"
         assert steps[127] > 0.15
@@ -177,7 +177,7 @@ def test_history_with_a_power_law(ax):
     curve = drawn.points[-1]
     np.testing.assert_allclose(np.interp(x, curve.get_xdata(), curve.get_ydata()), y, atol=1e-12)
     assert "t^{-2}" in drawn.labels[0].get_text()
-    assert ax.get_ylim()[0] >= -10.5, "not far below the limit of -7"
+    assert ax.get_ylim()[0] >= -10.5, "not far below the threshold of -7"
     with pytest.raises(ValueError, match="has no history"):
         plot_chaos.plot_history(chaos_map(20), "sali", ax=ax)
     with pytest.raises(ValueError, match="indicator must be one of"):

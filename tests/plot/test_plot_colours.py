@@ -15,7 +15,7 @@ from fastaff.plot.density import count_points, even_edges
 matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.backend_bases import MouseEvent  # noqa: E402
 
-HH, X = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
+HH, X = fa.HenonHeiles(), fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -127,9 +127,9 @@ def test_a_click_gives_orbit_and_crossing(ax, crossings, density):
 
 def test_a_click_on_a_cell_gives_its_orbit(ax):
     grid = fa.energy_grid(HH, section=X, energy=0.1, axes=(np.linspace(-0.4, 0.5, 7), np.linspace(-0.4, 0.4, 5)))
-    plot.plot_diffusion_grid(grid, np.arange(grid.cell.size), ax=ax)
+    plot.plot_diffusion_grid(grid, np.arange(grid.cell_index.size), ax=ax)
     ax.figure.canvas.draw()
-    for orbit in (0, 3, grid.cell.size - 1):
+    for orbit in (0, 3, grid.cell_index.size - 1):
         (entry,) = clicks(ax, grid["y"][orbit] + 0.05, grid["p_y"][orbit] - 0.06)
         assert entry == plot.Picked(orbit, None, grid["y"][orbit], grid["p_y"][orbit])
 
@@ -141,7 +141,7 @@ def test_other_artists_pick_nothing():
 # --- scales --------------------------------------------------------------------------------------------------------
 
 
-def chaos(values, limit=5.0):
+def chaos(values, threshold=5.0):
     """A ChaosMap of MEGNO with these values."""
     found = fa.chaos_map(HH, [[0.0, 0.0], [0.0, 0.1], [0.3, 0.3], [0.3, 0.2]], time=10.0, step=0.1)
     n = len(values)
@@ -150,7 +150,7 @@ def chaos(values, limit=5.0):
         found.take(np.zeros(n, int)),
         names=("megno",),
         values=values,
-        limits=np.full((1, n), limit),
+        thresholds=np.full((1, n), threshold),
         status=np.zeros(n, int),
     )
 
@@ -166,10 +166,10 @@ def test_regular_orbits_do_not_look_chaotic_whatever_their_range():
     first, second = (plot.diffusion_scale(1000.0) for _ in range(2))
     assert (first.vmin, first.vcenter, first.vmax) == (second.vmin, second.vcenter, second.vmax)
     assert first.vcenter == pytest.approx(np.log10(0.6 / 1000))
-    # The indicator's own limit, in cycles per natural period: the same drift.
+    # The indicator's own threshold, in cycles per natural period: the same drift.
     omega, phase = 1.3, 1.3 * 1000
-    limit = fa.FrequencyDiffusion().default(2, phase)
-    assert 10**first.vcenter == pytest.approx(10**limit * omega / (2 * np.pi))
+    threshold = fa.FrequencyDiffusion().default(2, phase)
+    assert 10**first.vcenter == pytest.approx(10**threshold * omega / (2 * np.pi))
 
 
 def test_ends_of_ones_own():
@@ -198,10 +198,10 @@ def test_frequencies_and_their_ratios_colour():
     found = fa.frequency_map(HH, [[0.0, 0.0], [0.0, 0.1], [0.2, 0.2], [0.1, 0.1]], time=50.0, step=0.1)
     first, second = found.names
     np.testing.assert_allclose(
-        plot.colouring(found, f"{second}/{first}").values, found.leading[1] / found.leading[0], equal_nan=True
+        plot.colouring(found, f"{second}/{first}").values, found.dominant[1] / found.dominant[0], equal_nan=True
     )
     np.testing.assert_array_equal(plot.colouring(found, f"nu_{first}").values, found.nu[0])
-    assert plot.colouring(found).limit == pytest.approx(np.log10(0.6 / 50))
+    assert plot.colouring(found).threshold == pytest.approx(np.log10(0.6 / 50))
 
 
 # --- orbits that escape ----------------------------------------------------------------------------------------------

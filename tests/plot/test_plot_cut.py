@@ -26,10 +26,10 @@ def test_sides_of_a_grid_beyond_which_there_is_more():
         BODY, energy=0.12, section="x=0", axes=(np.linspace(-0.2, 0.9, 40), np.linspace(-0.6, 0.3, 40))
     )
     whole = fa.energy_grid(BODY, energy=0.12, section="x=0")
-    values = np.ones(narrow.cell.size)
+    values = np.ones(narrow.cell_index.size)
     for drawn in (plot.plot_starts(narrow), plot.plot_diffusion_grid(narrow, values), plot.plot_husimi(narrow, values)):
         assert _notes(drawn) == ["allowed too: $y < -0.2$, $p_{y} > 0.3$"]
-    for drawn in (plot.plot_starts(whole), plot.plot_husimi(whole, np.ones(whole.cell.size))):
+    for drawn in (plot.plot_starts(whole), plot.plot_husimi(whole, np.ones(whole.cell_index.size))):
         assert _notes(drawn) == []
     edge = fa.plot.edge(BODY, "x=0", energy=0.12)
     for cells in (30, 50, 81):  # cells that end at the edge, and the upper half
@@ -79,7 +79,7 @@ def test_the_frame_of_a_density_holds_what_is_allowed():
     A, B = r * np.cos(angle / 2) ** 2, r * np.sin(angle / 2) ** 2
     allowed = body.potential.value(A, B) + (2 * state.hbar) ** 2 / (8 * body.mu) * (1 / A + 1 / B) < state.energy
     end = r[allowed.any(axis=0)].max()
-    held = plot.plot_density(state, body=body).points.axes.get_xlim()[1]
+    held = plot.plot_density(state, model=body).points.axes.get_xlim()[1]
     assert held > end
     assert held >= x1
 

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from fastaff.plot.figures import FIGURES
 from fastaff.plot.quantum_chaos import plot_spacings
 
-MODEL, SECTION = fa.HenonHeiles(lam=1.0), fa.Linear((1, 0, 0, 0))
+MODEL, SECTION = fa.HenonHeiles(lam=1.0), fa.Hyperplane((1, 0, 0, 0))
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_all_grey_crossings_near_the_first_ones_are_in_the_frame(ax, crossings):
 @pytest.mark.parametrize("axes", [([0.1], [0.1]), (np.linspace(-0.2, 0.2, 4), [0.0])])
 def test_grids_of_one_cell_or_row_are_seen(ax, axes):
     grid = fa.energy_grid(MODEL, energy=1 / 8, section=SECTION, axes=axes)
-    cells = grid.plot(ax=ax, values=np.arange(grid.cell.size)).points
+    cells = grid.plot(ax=ax, values=np.arange(grid.cell_index.size)).points
     corners = cells.get_coordinates()
     assert (np.ptp(corners, axis=(0, 1)) > 0).all()
     middle = (corners[1:, 1:] + corners[:-1, :-1]) / 2

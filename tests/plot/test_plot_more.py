@@ -23,7 +23,7 @@ matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
-HH, X = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
+HH, X = fa.HenonHeiles(), fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
 NEO = fa.Body(fa.NeoHookean())
 
 
@@ -35,7 +35,7 @@ def orbits():
 
 @pytest.fixture(scope="module")
 def branch(orbits):
-    return fa.continuation(HH, orbits.z[:, 0], section=X, steps=6, max_time=20.0, step=0.1, longest=0.05)
+    return fa.continuation(HH, orbits.z[:, 0], section=X, max_steps=6, max_time=20.0, step=0.1, ds_max=0.05)
 
 
 # --- backbone curves -------------------------------------------------------------------------------------------------
@@ -44,12 +44,12 @@ def branch(orbits):
 @pytest.mark.parametrize("angular", [False, True])
 def test_backbone_is_frequency_against_energy(ax, branch, angular):
     drawn = plot.plot_backbone(branch, ax=ax, angular=angular)
-    at = np.isin(drawn.points[0].get_xdata(), branch.value)  # between are those that smooth the curve
+    at = np.isin(drawn.points[0].get_xdata(), branch.parameter)  # between are those that smooth the curve
     solid, dashed = (line.get_ydata()[at] for line in drawn.points)
     turn = 2 * np.pi if angular else 1.0
-    np.testing.assert_array_equal(drawn.points[0].get_xdata()[at], branch.value)
+    np.testing.assert_array_equal(drawn.points[0].get_xdata()[at], branch.parameter)
     found = np.where(np.isfinite(solid), solid, dashed)
-    np.testing.assert_allclose(found, turn / branch.orbits.time, rtol=1e-15)
+    np.testing.assert_allclose(found, turn / branch.orbits.period, rtol=1e-15)
     stable = branch.orbits.stability == Stability.ELLIPTIC
     assert np.isfinite(solid[stable]).all()
     assert np.isfinite(dashed[~stable]).all()
@@ -58,15 +58,15 @@ def test_backbone_is_frequency_against_energy(ax, branch, angular):
 
 def test_stability_changes_the_line_and_bifurcations_are_marked(ax, branch):
     n = len(branch)
-    reduced = branch.orbits.reduced.copy()
+    reduced = branch.orbits.reduced_monodromy.copy()
     reduced[..., : n // 2] = np.array([[0.0, 1.0], [-1.0, 0.0]])[..., None]  # residue 1/2
     reduced[..., n // 2 :] = np.array([[2.0, 0.0], [0.0, 0.5]])[..., None]  # multipliers 2 and 1/2
     event = fa.periodic.Bifurcation(fa.periodic.Event.FOLD, 0.5, 0.11, branch.orbits.z[:, 0], 6.4, 1e-9)
     half = dataclasses.replace(
-        branch, orbits=dataclasses.replace(branch.orbits, reduced=reduced), bifurcations=(event,)
+        branch, orbits=dataclasses.replace(branch.orbits, reduced_monodromy=reduced), bifurcations=(event,)
     )
     drawn = plot.plot_backbone([half, half], ax=ax, names=["a", "a"])
-    at = np.isin(drawn.points[0].get_xdata(), half.value)
+    at = np.isin(drawn.points[0].get_xdata(), half.parameter)
     solid, dashed = (np.isfinite(line.get_ydata()[at]) for line in drawn.points[:2])
     assert solid.tolist() == [k < n // 2 for k in range(n)]
     assert dashed.tolist() == [k >= n // 2 - 1 for k in range(n)], "the curves meet"
@@ -81,7 +81,7 @@ def test_stability_changes_the_line_and_bifurcations_are_marked(ax, branch):
     ("model", "z0", "names"),
     [
         (StandardMap(0.9), [3.0, 0.1], ("$x$", "$p$")),
-        (fa.mapping("v1 = v + K*sin(u); u1 = u + v1", periods={"u": "2*pi"}, K=0.9), [0.1, 3.0], ("$u$", "$v$")),
+        (fa.iterated_map("v1 = v + K*sin(u); u1 = u + v1", periodic={"u": "2*pi"}, K=0.9), [0.1, 3.0], ("$u$", "$v$")),
     ],
 )
 def test_periodic_orbits_are_marked_in_the_coordinates_that_a_system_has(ax, model, z0, names):
@@ -189,7 +189,7 @@ def test_the_title_on_the_left_stands_above_the_legend_of_a_web(ax):
 def test_a_web_is_drawn_over_the_grid_that_it_is_of():
     model = fa.HenonHeiles()
     grid = fa.energy_grid(model, energy=0.1, section="x=0", axes={"y": np.linspace(-0.3, 0.4, 4), "p_y": [-0.1, 0.2]})
-    nu = np.stack([np.ones(grid.forbidden.shape), np.where(np.arange(4)[:, None] < 3, 1.0, 0.7 + np.arange(2))])
+    nu = np.stack([np.ones(grid.inaccessible.shape), np.where(np.arange(4)[:, None] < 3, 1.0, 0.7 + np.arange(2))])
     web = fa.resonance_web(nu, axes=grid, max_order=2)
     line = np.array([[-0.1, -0.1], [0.0, 0.2]])
     drawn = [dataclasses.replace(each, lines=(line,)) for each in web]  # one that holds on six of eight points
@@ -272,7 +272,7 @@ def test_gif_is_whole_and_has_all_frames(body_motion, tmp_path):
 
     _, made = body_motion
     done = []
-    path = plot.save_animation(made, tmp_path / "a.gif", dpi=40, report=done.append)
+    path = plot.save_animation(made, tmp_path / "a.gif", dpi=40, callback=done.append)
     assert done[-1] == 1.0
     with Image.open(path) as image:
         assert (image.n_frames, image.info["duration"], image.info["loop"]) == (5, 40, 0)
@@ -282,7 +282,7 @@ def test_gif_is_whole_and_has_all_frames(body_motion, tmp_path):
             frames.append(np.asarray(image.convert("RGB")))
     assert all((a != b).any() for a, b in itertools.pairwise(frames))
     assert plot.save_animation(made, tmp_path / "a.gif", dpi=40).name == "a-2.gif"
-    assert plot.save_animation(made, tmp_path / "a.gif", dpi=40, force=True).name == "a.gif"
+    assert plot.save_animation(made, tmp_path / "a.gif", dpi=40, overwrite=True).name == "a.gif"
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["a-2.gif", "a.gif"]
 
 
@@ -291,7 +291,7 @@ def test_an_animation_that_fails_leaves_nothing(body_motion, tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        plot.save_animation(body_motion[1], tmp_path / "a.gif", dpi=40, report=stop)
+        plot.save_animation(body_motion[1], tmp_path / "a.gif", dpi=40, callback=stop)
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(ValueError, match=r"path must end with \.gif or \.mp4"):
         plot.save_animation(body_motion[1], tmp_path / "a.avi")
@@ -381,7 +381,7 @@ def test_an_aperture_of_a_grid_of_x_and_y_is_drawn_over_them(ax):
 
 def test_angles_that_wind_are_drawn_within_a_period():
     """A pendulum's portrait: swings as they are, turns between -pi and pi, with gaps where they are brought back."""
-    pendulum = fa.hamiltonian("-cos(x)", coordinates="x", periods={"x": "2*pi"})
+    pendulum = fa.hamiltonian("-cos(x)", coordinates="x", periodic={"x": "2*pi"})
     orbits = fa.integrate(pendulum, [[0.0, 0.0, 3.0], [1.0, -2.5, 2.1]], time=20.0, samples=200)
     swing, *turns = plot.plot_orbits(orbits).points
     np.testing.assert_array_equal(swing.get_xdata(), orbits.samples[:, 0, 0])
@@ -401,7 +401,7 @@ def test_the_section_of_a_driven_flow_is_drawn_in_its_own_coordinates():
     for text, names in (("x**4/4 - x**2/2", "x p_x"), ("x**2/2 + y**2/2 + x**2*y", "x p_x")):
         coordinates = "x y" if "y" in text else "x"
         model = fa.hamiltonian(text, coordinates=coordinates)
-        driven = fa.flow(model, forces={"x": "f*cos(w*t) - g*p_x"}, f=0.1, w=1.2, g=0.1)
+        driven = fa.ode(model, forces={"x": "f*cos(w*t) - g*p_x"}, f=0.1, w=1.2, g=0.1)
         start = [0.1] * (len(driven.coordinates) - 2) + [1.0, 0.0]
         cut = fa.poincare_map(driven, start, section="sine=0", crossings=5, max_time=100.0)
         drawn = plot.plot_section(cut).points.get_offsets()
@@ -421,7 +421,7 @@ def test_curves_are_told_apart_in_grey(ax):
     z = np.array([[0.0, 0.1, 0.3, 0.2], [0.0, -0.1, 0.2, 0.1], [0.1, 0.0, 0.0, 0.2]]).T
     orbits = fa.integrate(fa.HenonHeiles(), z, time=20.0, samples=50, step=0.1)
     assert len(grey_looks(plot.plot_orbits(orbits, ax=ax).points)) == 3
-    said = {"section": "x=0", "energy": 0.1, "max_time": 20.0, "step": 0.1, "steps": 3}
+    said = {"section": "x=0", "energy": 0.1, "max_time": 20.0, "step": 0.1, "max_steps": 3}
     branches = [fa.continuation(fa.HenonHeiles(), z, **said) for z in ([0.0, 0.0, 0.3, 0.31], [0.0, 0.3, 0.4, 0.0])]
     drawn = plot.plot_backbone(branches, names=("one", "two")).points[0].axes
     assert len({line.get_marker() for line in drawn.get_legend().get_lines()[:2]}) == 2
@@ -475,11 +475,11 @@ def test_irregular_orbits_do_not_set_the_frame_of_tunes(ax):
         names=("x", "y"),
         nu=nu,
         error=np.full(nu.shape, 1e-9),
-        leading=nu,
-        leading_error=np.full(nu.shape, 1e-9),
+        dominant=nu,
+        dominant_error=np.full(nu.shape, 1e-9),
         basis=np.repeat(np.eye(2, dtype=int)[:, :, None], 100, axis=2),
         **{name: np.zeros(100) for name in ("diffusion", "status", "rank", "energy_error", "t")},
-        kind=np.repeat([fa.frequencies.FrequencyKind.INDEPENDENT, fa.frequencies.FrequencyKind.IRREGULAR], [60, 40]),
+        classification=np.repeat([fa.Classification.REGULAR, fa.Classification.IRREGULAR], [60, 40]),
     )
     plot.plot_frequency_map(found, ax=ax)
     for low, high in (ax.get_xlim(), ax.get_ylim()):

@@ -68,7 +68,7 @@ def test_levels_by_order_and_against_spin(ax):
 
 
 def test_whole_spectrum(ax):
-    levels = fastaff.quantum.all_levels(BODY, below=7.5)
+    levels = fastaff.quantum.all_levels(BODY, max_energy=7.5)
     drawn = plot_quantum.plot_spectrum(levels, ax=ax)
     middles = np.array([segment.mean(axis=0) for segment in drawn.points.get_segments()])
     order, wanted = np.lexsort(middles.T), np.stack([levels.m, levels.E], 1)
@@ -96,7 +96,7 @@ def turning(state, body, alpha, beta):
 @pytest.mark.parametrize("chart", [ALPHA_BETA, R_VARTHETA, TWO_POLAR], ids=lambda chart: chart.name)
 def test_density(chart, ax):
     state = fastaff.quantum.spectrum(BODY, m=3, l=1, count=5).state(4)
-    drawn = plot_quantum.plot_density(state, ax=ax, body=BODY, chart=chart, points=201)
+    drawn = plot_quantum.plot_density(state, ax=ax, model=BODY, chart=chart, points=201)
     image, (x0, x1, y0, y1) = drawn.points.get_array(), drawn.points.get_extent()
     share = image.sum() * (x1 - x0) * (y1 - y0) / image.size
     assert 0.985 < share < 1.001

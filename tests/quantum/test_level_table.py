@@ -7,16 +7,16 @@ import pickle
 import numpy as np
 import pytest
 
-from fastaff import Anharmonic, Body, Hyperelastic, NeoHookean, SeparableAlphaBeta, Status, files, one_variable
+from fastaff import Anharmonic, Body, Hyperelastic, NeoHookean, SeparableAlphaBeta, Status, files, univariate
 from fastaff.quantum import LevelTable, all_levels, exact_levels, quasiclassical_levels, spectrum, wavefunction
 from fastaff.systems.models import Oscillator
 
 ANHARMONIC = Body(Anharmonic(1.1), 0.8)
 TABLES = {
-    "exact": lambda: exact_levels(ANHARMONIC, below=9.0),
-    "EBK": lambda: quasiclassical_levels(ANHARMONIC, below=9.0),
+    "exact": lambda: exact_levels(ANHARMONIC, max_energy=9.0),
+    "EBK": lambda: quasiclassical_levels(ANHARMONIC, max_energy=9.0),
     "class": lambda: spectrum(ANHARMONIC, m=1, l=1, count=7),
-    "whole": lambda: all_levels(ANHARMONIC, below=9.0),
+    "whole": lambda: all_levels(ANHARMONIC, max_energy=9.0),
     "not separated": lambda: spectrum(Body(NeoHookean()), m=0, l=0, count=4, tolerance=1e-4),
 }
 every_table = pytest.mark.parametrize("make", TABLES.values(), ids=TABLES)
@@ -117,7 +117,7 @@ def test_tables_are_plain_data(make, tmp_path):
 
 def test_levels_without_a_torus_have_a_status_and_no_energy():
     """V_alpha has a bottom and an end: no torus has 40 quanta in alpha."""
-    well = SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x) ** 2), Oscillator(1.0))
+    well = SeparableAlphaBeta(univariate(lambda x: -1 / (1 + x * x) ** 2), Oscillator(1.0))
     found = quasiclassical_levels(Body(well), n=[[0, 40], [0, 0]], m=0, l=0, hbar=0.05)
     assert found.status[0] == Status.OK
     assert found.status[1] in (Status.UNBOUND, Status.NOT_CONVERGED)

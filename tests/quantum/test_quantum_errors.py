@@ -6,7 +6,7 @@ from numpy.polynomial import legendre
 from own_models import Plain
 from scipy.linalg import eigh, eigh_tridiagonal
 
-from fastaff import formula
+from fastaff import affine_body
 from fastaff.quantum.solvers.nonseparable import plane_levels
 from fastaff.quantum.solvers.separable import angular, radial
 from fastaff.quantum.states.symmetry import SymmetryClass
@@ -54,7 +54,7 @@ def drawn(seed):
 @pytest.mark.parametrize("case", [ISSUE, *(pytest.param(drawn(s), marks=pytest.mark.slow) for s in range(6))])
 def test_every_basis_of_smooth_bodies(case):
     (k, c, w), (mu, hbar), (m, l), count = case
-    body = formula("k*((D1*D2)**2-c**2)**2/8+w*(D1**2+D2**2)/2", k=k, c=c, w=w)._replace(mu=mu)
+    body = affine_body("k*((D1*D2)**2-c**2)**2/8+w*(D1**2+D2**2)/2", k=k, c=c, w=w)._replace(mu=mu)
     chosen, known = SymmetryClass(m, l), []
     plane_levels(body, chosen, count, hbar, 1e-10, known)
 

@@ -20,7 +20,7 @@ from fastaff import (
     Hyperelastic,
     SeparableAlphaBeta,
     SeparableRVartheta,
-    one_variable,
+    univariate,
 )
 from fastaff.quantum.exact.exact_levels import exact_levels
 from fastaff.quantum.exact.quantizations import quantizations
@@ -128,7 +128,7 @@ def test_labels_of_a_multiplet():
 @pytest.mark.parametrize(("C", "mu", "hbar"), [(1.0, 1.0, 1.0), (1.7, 0.6, 0.4)])
 def test_harmonic_multiplets_are_those_of_the_oscillator_of_R4(chart, C, mu, hbar):
     quantum = hbar * sqrt(C / mu)
-    found = exact_levels(Body(Harmonic(C), mu), below=(2 + 8.5) * quantum, hbar=hbar, chart=chart).multiplets()
+    found = exact_levels(Body(Harmonic(C), mu), max_energy=(2 + 8.5) * quantum, hbar=hbar, chart=chart).multiplets()
     np.testing.assert_allclose(found.E, quantum * (2 + np.arange(9)), rtol=1e-14)
     assert found.degeneracy.tolist() == [comb(N + 3, 3) for N in range(9)]
 
@@ -188,7 +188,7 @@ def test_levels_below_are_complete(body, single_valued):
     hbar = 0.9
     quantum = hbar * sqrt((0.7 if body is WALLS else 1.2) / body.mu)
     top, size = 6.3 * quantum, 7
-    found = exact_levels(body, below=top, hbar=hbar, single_valued=single_valued)
+    found = exact_levels(body, max_energy=top, hbar=hbar, single_valued=single_valued)
     whole = range(-size, size + 1)
     box = [q for q in product(range(4), range(4), whole, whole) if not (single_valued and (q[2] + q[3]) % 2)]
     n1, n2, m, l = np.array(box).T
@@ -201,15 +201,15 @@ def test_levels_below_are_complete(body, single_valued):
 
 def test_no_level_below():
     for top in (2.0, -1.0):
-        levels = exact_levels(Body(Harmonic()), below=top)
+        levels = exact_levels(Body(Harmonic()), max_energy=top)
         assert levels.E.shape == levels.m.shape == (0,)
         assert levels.n.shape == levels.constants.shape == (2, 0)
-    found = exact_levels(Body(Harmonic()), below=1.0).multiplets()
+    found = exact_levels(Body(Harmonic()), max_energy=1.0).multiplets()
     assert found.E.size == found.degeneracy.size == 0
 
 
 def test_tolerance_joins_multiplets():
-    assert exact_levels(Body(Anharmonic()), below=4.9).multiplets(tolerance=0.1).degeneracy.tolist() == [3, 2]
+    assert exact_levels(Body(Anharmonic()), max_energy=4.9).multiplets(tolerance=0.1).degeneracy.tolist() == [3, 2]
 
 
 def test_whole_floats_are_quantum_numbers():
@@ -220,7 +220,7 @@ def test_whole_floats_are_quantum_numbers():
 
 
 def level(**change):
-    return exact_levels(change.pop("body", Body(Harmonic())), **({"n": (0, 0), "m": 0, "l": 0} | change))
+    return exact_levels(change.pop("model", Body(Harmonic())), **({"n": (0, 0), "m": 0, "l": 0} | change))
 
 
 @pytest.mark.parametrize(
@@ -240,14 +240,14 @@ def level(**change):
         ({"hbar": 0.0}, ValueError, "hbar must be positive"),
         ({"hbar": -1.0}, ValueError, "hbar must be positive"),
         ({"hbar": "1"}, TypeError, "hbar must be a real"),
-        ({"body": Body(Harmonic(), mu=-1.0)}, ValueError, "mu must be positive"),
-        ({"body": Body(Harmonic(-1.0))}, ValueError, "k .* must be positive"),
-        ({"body": Harmonic()}, TypeError, "wrap it"),
-        ({"body": Body(Hyperelastic())}, ValueError, "closed-form"),
-        ({"body": Body(HeavyTop())}, ValueError, "closed-form"),
-        ({"body": Body(SeparableAlphaBeta(Oscillator(1.0, -2.0), Oscillator()))}, ValueError, "attracts"),
-        ({"body": Body(SeparableRVartheta(Spring(1.0, -2.0), Barriers()))}, ValueError, "attracts"),
-        ({"body": StackelBody(Harmonic(), one_variable(lambda eta: np.cos(eta)), Zero())}, ValueError, "isotropic"),
+        ({"model": Body(Harmonic(), mu=-1.0)}, ValueError, "mu must be positive"),
+        ({"model": Body(Harmonic(-1.0))}, ValueError, "k .* must be positive"),
+        ({"model": Harmonic()}, TypeError, "wrap it"),
+        ({"model": Body(Hyperelastic())}, ValueError, "closed-form"),
+        ({"model": Body(HeavyTop())}, ValueError, "closed-form"),
+        ({"model": Body(SeparableAlphaBeta(Oscillator(1.0, -2.0), Oscillator()))}, ValueError, "attracts"),
+        ({"model": Body(SeparableRVartheta(Spring(1.0, -2.0), Barriers()))}, ValueError, "attracts"),
+        ({"model": StackelBody(Harmonic(), univariate(lambda eta: np.cos(eta)), Zero())}, ValueError, "isotropic"),
         ({"chart": ELLIPTIC}, ValueError, "closed-form"),
         ({"chart": "polar"}, ValueError, "chart must be one"),
     ],
@@ -262,15 +262,15 @@ def test_bad_input(change, error, words):
     ("change", "error"),
     [
         ({}, ValueError),
-        ({"below": 3.0, "multiplets": 2}, ValueError),
-        ({"below": 3.0, "m": 2}, ValueError),
+        ({"max_energy": 3.0, "multiplets": 2}, ValueError),
+        ({"max_energy": 3.0, "m": 2}, ValueError),
         ({"multiplets": 0}, ValueError),
         ({"multiplets": 1.5}, TypeError),
-        ({"below": np.inf}, ValueError),
+        ({"max_energy": np.inf}, ValueError),
     ],
 )
 def test_bad_lists(change, error):
-    with pytest.raises(error, match=r"below|multiplets"):
+    with pytest.raises(error, match=r"max_energy|multiplets"):
         exact_levels(Body(Harmonic()), **change)
 
 

@@ -114,7 +114,7 @@ def test_bells_of_rho(seed):
     below = -depth * rng.uniform(0.04, 0.3)
     body = Body(SeparableRVartheta(Line(depth, width**2, 1.0), Zero()), mu)
     truth = isotropic_truth(depth, width, unit, below)
-    agree(all_levels(body, below=below, hbar=hbar), truth, below)
+    agree(all_levels(body, max_energy=below, hbar=hbar), truth, below)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5, 7, 0, 6])  # the last two take three to ten times as long
@@ -134,9 +134,9 @@ def test_bells_of_alpha_and_of_beta(seed):
     below = end + rng.uniform(0.2, 0.9) * max(E)
     body = Body(SeparableAlphaBeta(Line(g, v, 2.0), Line(h, w, 2.0)), mu)
     truth = classes(lambda a, b: np.add.outer(side(g, v, a), side(h, w, b)).ravel(), below)
-    agree(all_levels(body, below=below, hbar=hbar), truth, below)
+    agree(all_levels(body, max_energy=below, hbar=hbar), truth, below)
     with pytest.raises(NoGroundState):
-        all_levels(body, below=0.98 * end, hbar=hbar)
+        all_levels(body, max_energy=0.98 * end, hbar=hbar)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 8))])
@@ -153,6 +153,6 @@ def test_bells_that_do_not_separate(seed):
         return eigh(H, eigvals_only=True, subset_by_value=(-h, below))
 
     body = Body(Bell(h, v, w), mu)
-    agree(all_levels(body, below=below, hbar=hbar, tolerance=1e-6), classes(solve, below), below, 1e-7)
+    agree(all_levels(body, max_energy=below, hbar=hbar, tolerance=1e-6), classes(solve, below), below, 1e-7)
     with pytest.raises(NoGroundState):
-        all_levels(body, below=0.01 * h, hbar=hbar)
+        all_levels(body, max_energy=0.01 * h, hbar=hbar)

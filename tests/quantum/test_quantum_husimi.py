@@ -132,7 +132,7 @@ def test_states_lie_on_their_tori():
         mean = np.sum(values * H_beta) / np.sum(values)
         spread.append(np.sqrt(np.sum(values * (H_beta - state.constants["E_beta"]) ** 2) / np.sum(values)))
         assert abs(mean - state.constants["E_beta"]) < 0.8 * hbar
-        assert np.sum(grid.spread(values)[:, ::-1] - grid.spread(values)) == pytest.approx(
+        assert np.sum(grid.to_grid(values)[:, ::-1] - grid.to_grid(values)) == pytest.approx(
             0, abs=1e-9
         )  # p_beta -> -p_beta
     assert spread[1] / spread[0] == pytest.approx(3**-0.5, abs=0.06)

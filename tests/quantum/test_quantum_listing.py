@@ -76,8 +76,8 @@ def test_whole_bodies_are_complete(C, mu, hbar, single_valued, quanta, wall):
     """The exact list of EQ5.1 and EQ5.2, on GL(2,R) and on its covering."""
     body = Body(Anharmonic(C) if wall else Harmonic(C), mu)
     top = hbar * math.sqrt(C / mu) * (quanta + (2 * math.sqrt(C * mu) / hbar if wall else 0))
-    truth = exact_levels(body, below=top, hbar=hbar, single_valued=single_valued)
-    found = all_levels(body, below=top, hbar=hbar, single_valued=single_valued)
+    truth = exact_levels(body, max_energy=top, hbar=hbar, single_valued=single_valued)
+    found = all_levels(body, max_energy=top, hbar=hbar, single_valued=single_valued)
     if np.abs(truth.E - top).min(initial=1.0) > 1e-9:
         np.testing.assert_allclose(found.E, truth.E, rtol=1e-12)
         assert sorted(zip(found.m, found.l, *found.n)) == sorted(zip(truth.m, truth.l, *truth.n))
@@ -89,7 +89,7 @@ def test_elementary_states_of_the_hyperelastic_body():
     """2 mu C/hbar^2 = 2 = |m - l| - |m + l|: E = 2 n_r + 4 + a + b with a = b + 1, so E = 5 + 2 k comes 2 + 4 k times,
     others 4 at most.
     """
-    found = all_levels(Body(Hyperelastic(1.0)), below=12.0).multiplets()
+    found = all_levels(Body(Hyperelastic(1.0)), max_energy=12.0).multiplets()
     special = np.isclose(found.E % 2, 1.0, atol=1e-12)
     np.testing.assert_allclose(found.E[special], [5, 7, 9, 11], rtol=1e-14)
     assert found.degeneracy[special].tolist() == [2, 6, 10, 14]
@@ -108,7 +108,7 @@ def test_no_class_is_missed():
     table = spectrum_table(body, m=[p[0] for p in pairs], l=[p[1] for p in pairs], count=30)
     assert min(row.E[0] for row in table if max(abs(row.m[0]), abs(row.l[0])) == 12) > 11
     all_of_them = sorted((E, row.m[0], row.l[0]) for row in table for E in row.E if E < 10.9)
-    found = all_levels(body, below=10.9)
+    found = all_levels(body, max_energy=10.9)
     assert found.E.size == len(all_of_them)
     np.testing.assert_allclose(found.E, [E for E, _, _ in all_of_them], rtol=1e-12)
     assert sorted(zip(found.m, found.l)) == sorted((m, l) for _, m, l in all_of_them)
@@ -119,7 +119,7 @@ def test_no_class_is_missed():
 
 def test_bodies_that_do_not_separate():
     shares = []
-    found = all_levels(Body(Unseparated()), multiplets=3, tolerance=1e-6, report=shares.append)
+    found = all_levels(Body(Unseparated()), multiplets=3, tolerance=1e-6, callback=shares.append)
     np.testing.assert_allclose(found.multiplets().E, [2, 3, 4], rtol=1e-7)
     assert found.multiplets().degeneracy.tolist() == [1, 4, 10]
     assert found.names == ("level",)
@@ -137,9 +137,9 @@ def test_an_interrupted_list_is_complete_as_far_as_it_says():
 
     body = Body(Harmonic())
     with pytest.raises(Interrupted) as stopped:
-        all_levels(body, below=9.5, report=stop)
+        all_levels(body, max_energy=9.5, callback=stop)
     partial = stopped.value.partial
-    truth = exact_levels(body, below=partial.complete_below).multiplets()
+    truth = exact_levels(body, max_energy=partial.complete_below).multiplets()
     assert 2 < partial.complete_below < 9.5
     assert partial.multiplets().degeneracy.tolist() == truth.degeneracy.tolist()
     assert len(truth.degeneracy) > 1
@@ -166,10 +166,10 @@ def test_levels_within_their_errors_are_one_multiplet():
 @pytest.mark.parametrize(
     ("body", "changes", "error", "words"),
     [
-        (Body(Harmonic()), {}, ValueError, "either below or multiplets"),
-        (Body(Harmonic()), {"below": 3.0, "multiplets": 2}, ValueError, "either below or multiplets"),
+        (Body(Harmonic()), {}, ValueError, "either max_energy or multiplets"),
+        (Body(Harmonic()), {"max_energy": 3.0, "multiplets": 2}, ValueError, "either max_energy or multiplets"),
         (Body(Harmonic()), {"multiplets": 0}, ValueError, "multiplets"),
-        (Body(Harmonic()), {"below": math.inf}, ValueError, "below must be finite"),
+        (Body(Harmonic()), {"max_energy": math.inf}, ValueError, "max_energy must be finite"),
         (Body(Harmonic()), {"multiplets": 2, "hbar": 0.0}, ValueError, "hbar"),
         (Body(Harmonic()), {"multiplets": 2, "chart": "elliptic"}, ValueError, "chart"),
         (Body(NeoHookean()), {"multiplets": 2, "chart": "alpha-beta"}, ValueError, "separate"),
@@ -183,7 +183,7 @@ def test_wrong_input_of_lists(body, changes, error, words):
 
 
 def test_nothing_below_the_ground_state():
-    assert all_levels(Body(Harmonic()), below=1.9).E.size == 0
+    assert all_levels(Body(Harmonic()), max_energy=1.9).E.size == 0
 
 
 # Level diagrams
@@ -217,7 +217,7 @@ def test_classes_and_values_are_kept_apart():
         count=4,
         hbar=0.8,
         name="C",
-        report=shares.append,
+        callback=shares.append,
     )
     assert shares == [0.5, 1.0]
     for i, C in enumerate(found.values):

@@ -14,7 +14,7 @@ from scipy.sparse import csr_matrix, diags, kron
 from scipy.sparse.linalg import eigsh
 
 import fastaff as fa
-from fastaff import Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta, formula, one_variable
+from fastaff import Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta, affine_body, univariate
 from fastaff.quantum import coherent_packet, exact_levels, husimi, level_diagram, number_packet, spectrum, wavefunction
 from fastaff.quantum.reference.matrices import class_matrices, oscillator_matrices
 from fastaff.quantum.reference.rigid_tops import spherical_top
@@ -155,7 +155,7 @@ def test_states_on_elements_are_normalised_and_solve_their_equation():
     def slope(q):
         return q - 12 * (q - 1.2) / 0.02**2 / (1 + ((q - 1.2) / 0.02) ** 2) ** 2
 
-    body = Body(SeparableAlphaBeta(one_variable(bump, slope=slope), Oscillator(1.3)))
+    body = Body(SeparableAlphaBeta(univariate(bump, slope=slope), Oscillator(1.3)))
     found = spectrum(body, m=2, l=0, count=6)
     assert found.converged.all()
     states = [found.state(k) for k in range(6)]
@@ -182,7 +182,7 @@ RIDGE = "(D1**2 + D2**2)/2 + h*exp(-((D1**2 + D2**2 - c)/w)**2) + g*D1*D2"
     ],
 )
 def test_ridges_of_bodies_that_do_not_separate(h, c, w, g):
-    found = spectrum(formula(RIDGE, h=h, c=c, w=w, g=g), m=0, l=0, count=6, tolerance=1e-7)
+    found = spectrum(affine_body(RIDGE, h=h, c=c, w=w, g=g), m=0, l=0, count=6, tolerance=1e-7)
     rho = np.sqrt(c)
 
     def V(a, b):
@@ -212,7 +212,7 @@ BUMP = "(D1**2 + D2**2)/2 + g*D1*D2 + h*exp(-((D1**2 + D2**2 - c)/w)**2 - ((D1*D
 )
 def test_isolated_bumps(h, c, d, w):
     """Narrow in both coordinates: no line of a grid need cross them."""
-    found = spectrum(formula(BUMP, h=h, c=c, d=d, w=w, g=0.1), m=0, l=0, count=6, tolerance=1e-7)
+    found = spectrum(affine_body(BUMP, h=h, c=c, d=d, w=w, g=0.1), m=0, l=0, count=6, tolerance=1e-7)
 
     def V(a, b):
         r, s = a * a + b * b, (a * a - b * b) / 2
@@ -224,7 +224,7 @@ def test_isolated_bumps(h, c, d, w):
         mesh(0, np.pi / 2, [(half, w / (c * np.sin(2 * half)))], 5),
     )
     truth = in_polar_coordinates(V, edges, 6, found.E[0] - 0.3, degree=6)
-    without = spectrum(formula(BUMP, h=0.0, c=c, d=d, w=w, g=0.1), m=0, l=0, count=6, tolerance=1e-9).E
+    without = spectrum(affine_body(BUMP, h=0.0, c=c, d=d, w=w, g=0.1), m=0, l=0, count=6, tolerance=1e-9).E
     assert found.converged.all() or (h < 0 and found.error.max() < 1e-4)  # a hole takes more than there may be
     assert np.abs(found.E - without).max() > (1e3 if h > 0 else 100) * found.error.max()
     assert np.all(np.abs(found.E - truth) <= found.error + 1e-8 * np.abs(truth))
@@ -244,7 +244,7 @@ def test_what_cannot_be_resolved_counts_as_error():
 
 
 def test_smooth_bodies_keep_their_global_bases():
-    for body in (Body(NeoHookean(1.0, 2.0)), formula("(D1**2 + D2**2)/2 + g*(D1*D2)**2", g=0.3)):
+    for body in (Body(NeoHookean(1.0, 2.0)), affine_body("(D1**2 + D2**2)/2 + g*(D1*D2)**2", g=0.3)):
         assert "adiabatic" in spectrum(body, m=0, l=0, count=3, tolerance=1e-4).method
     for V in (lambda q: q**4, lambda q: q**2 / 2 + 0.3 / q**2, lambda q: np.cosh(q)):
         assert radial("V", Plain(V), 2, np.zeros(1), 6, 1.0, 1.0, 1e-10).size < 250
@@ -262,7 +262,7 @@ Z0 = np.array([1.0, 0.0, 0.2, 0.0, 0.1, 0.3, 0.2, 0.1])
     [
         lambda flag: spectrum(OSCILLATOR, m=0, l=0, count=1, single_valued=flag),
         lambda flag: exact_levels(OSCILLATOR, n=(0, 0), m=0, l=0, single_valued=flag),
-        lambda flag: exact_levels(OSCILLATOR, below=3.0, single_valued=flag),
+        lambda flag: exact_levels(OSCILLATOR, max_energy=3.0, single_valued=flag),
         lambda flag: exact_levels(OSCILLATOR, multiplets=2, single_valued=flag),
         lambda flag: wavefunction(OSCILLATOR, m=0, l=0, n=(0, 0), single_valued=flag),
         lambda flag: fa.quantum.all_levels(OSCILLATOR, multiplets=2, single_valued=flag),
@@ -287,7 +287,7 @@ def test_flags_are_true_or_false(call, value):
         (lambda: spherical_top(1.0, j=1, hbar=1e-290), "hbar"),
         (lambda: spectrum(OSCILLATOR, m=0, l=0, count=10**13), "count asks for .*iB of memory"),
         (lambda: spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, count=10**9), "count = 1000000000 needs"),
-        (lambda: exact_levels(OSCILLATOR, below=1e7), "below asks for .*iB of memory"),
+        (lambda: exact_levels(OSCILLATOR, max_energy=1e7), "max_energy asks for .*iB of memory"),
         (lambda: exact_levels(OSCILLATOR, multiplets=10**13), "multiplets asks for .*iB of memory"),
         (lambda: exact_levels(OSCILLATOR, multiplets=2).multiplets(tolerance=1.5), "tolerance must be"),
         (lambda: wavefunction(OSCILLATOR, m=0, l=0, n=(10**13, 0)), "n1 asks for .*iB of memory"),
@@ -317,7 +317,7 @@ def test_husimi_takes_states(state):
 @pytest.mark.race
 def test_long_searches_stop_at_once():
     """Ctrl-C ends the elements of a body with an oblique ridge, and the thread that was at them."""
-    body = formula("(D1**2 + D2**2)/2 + h*exp(-((alpha - c)/w)**2) + 0.1*D1*D2", h=30.0, c=1.3, w=0.07)
+    body = affine_body("(D1**2 + D2**2)/2 + h*exp(-((alpha - c)/w)**2) + 0.1*D1*D2", h=30.0, c=1.3, w=0.07)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()

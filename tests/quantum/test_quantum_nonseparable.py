@@ -5,7 +5,7 @@ basis.
 import numpy as np
 import pytest
 
-from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula, one_variable
+from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, affine_body, univariate
 from fastaff.quantum.solvers.nonseparable import plane_levels
 from fastaff.quantum.solvers.separable import radial
 from fastaff.quantum.solvers.singular_ends import NoGroundState
@@ -112,13 +112,13 @@ def test_states_are_orthonormal_and_vanish_at_the_wall():
 )
 def test_what_has_no_spectrum(text, error, words):
     with pytest.raises(error, match=words):
-        spectrum(formula(text), m=0, l=0, count=2)
+        spectrum(affine_body(text), m=0, l=0, count=2)
 
 
 @pytest.mark.parametrize("c", [0.1, 0.45])
 def test_weak_attraction_to_the_origin(c):
     """(0, 0) of rho^2/2 - c/rho^2, c < 1/2: E = 2 n + 1 + sqrt(1 - 2 c), as if it did not separate."""
-    found = spectrum(formula("(D1**2 + D2**2)/2 - c/(D1**2 + D2**2)", c=c), m=0, l=0, count=2, tolerance=1e-8)
+    found = spectrum(affine_body("(D1**2 + D2**2)/2 - c/(D1**2 + D2**2)", c=c), m=0, l=0, count=2, tolerance=1e-8)
     np.testing.assert_allclose(found.E, 1 + np.sqrt(1 - 2 * c) + np.array([0, 2]), rtol=1e-11)
 
 
@@ -126,11 +126,11 @@ def test_errors_where_convergence_is_algebraic():
     """-c/rho is a cone at rho = 0, which weights of rho do not take: the truth is that of the radial equation alone, by
     `radial`.
     """
-    found = spectrum(formula("rho**2/2 - c/rho", c=0.5), m=0, l=0, count=2, tolerance=1e-6)
-    V = one_variable(lambda r: r / 2 - 0.5 / np.sqrt(r))
+    found = spectrum(affine_body("rho**2/2 - c/rho", c=0.5), m=0, l=0, count=2, tolerance=1e-6)
+    V = univariate(lambda r: r / 2 - 0.5 / np.sqrt(r))
     truth = radial("V", V, 4, np.zeros(1), 2, 1.0, 1.0, 1e-11).values[0]
     assert np.all(np.abs(found.E - truth) <= 3 * found.error)
-    walls = formula("k/2*(D1**2 + D2**2) + c/(D1*D2)**2 + g*(D1 - D2)**4", k=1.0, c=0.5, g=0.05)
+    walls = affine_body("k/2*(D1**2 + D2**2) + c/(D1*D2)**2 + g*(D1 - D2)**4", k=1.0, c=0.5, g=0.05)
     coarse, fine = (spectrum(walls, m=0, l=0, count=4, tolerance=tolerance) for tolerance in (1e-4, 1e-6))
     assert fine.functions > 2 * coarse.functions
     assert np.all(np.abs(coarse.E - fine.E) <= coarse.error)
@@ -138,7 +138,7 @@ def test_errors_where_convergence_is_algebraic():
 
 def test_a_potential_that_ends():
     """Morse potentials of both stretches end at De in narrow valleys: so many levels and no more."""
-    morse = formula("De*(1 - exp(-a*(D1 - 1)))**2 + De*(1 - exp(-a*(D2 - 1)))**2", De=40.0, a=0.5)
+    morse = affine_body("De*(1 - exp(-a*(D1 - 1)))**2 + De*(1 - exp(-a*(D2 - 1)))**2", De=40.0, a=0.5)
     found = spectrum(morse, m=0, l=0, count=2, tolerance=1e-6)
     assert found.converged.all()
     assert 0 < found.E[0] < found.E[1] < 40

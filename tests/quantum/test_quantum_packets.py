@@ -15,10 +15,10 @@ from fastaff import (
     Hyperelastic,
     SeparableAlphaBeta,
     SeparableRVartheta,
+    affine_body,
     energy_of_actions,
-    formula,
     from_action_angles,
-    one_variable,
+    univariate,
 )
 from fastaff.quantum import (
     Packet,
@@ -34,7 +34,7 @@ from fastaff.quantum.packets.coherent_packet import PlaneGaussian
 from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
 from fastaff.systems.models import Barriers, Cosine, Spring
 
-QUARTIC = Body(SeparableAlphaBeta(one_variable(lambda x: x**4), one_variable(lambda x: x**2 / 2 + x**4 / 10)), mu=1.3)
+QUARTIC = Body(SeparableAlphaBeta(univariate(lambda x: x**4), univariate(lambda x: x**2 / 2 + x**4 / 10)), mu=1.3)
 CORED = Body(SeparableRVartheta(Spring(1.0, 4.0), Cosine(0.7)))
 WALLED = Body(Hyperelastic(2.0))
 HARMONIC = Body(Harmonic(1.3), 0.7)
@@ -164,7 +164,7 @@ def test_autocorrelation_against_a_matrix_exponential():
 
 def test_bodies_that_do_not_separate_take_the_same_way():
     """An oscillator given as a formula is solved without separation: the same packet as in closed form."""
-    plain = formula("(D1**2 + D2**2)/2")
+    plain = affine_body("(D1**2 + D2**2)/2")
     taken = {
         "z0": np.array([0.8, 0.1, 0.5, 0.2, 0.1, 0.5, -0.2, 0.2]),
         "width": 0.6,
@@ -443,7 +443,7 @@ def test_wrong_input():
         with pytest.raises(ValueError, match=wrong):
             revivals(HARMONIC, **{"n": (3, 2), "m": 0, "l": 0} | changed)
     with pytest.raises(ValueError, match="separate"):
-        revivals(formula("(D1**2 + D2**2)/2 + (D1 - D2)**4"), n=(3, 2), m=0, l=0)
+        revivals(affine_body("(D1**2 + D2**2)/2 + (D1 - D2)**4"), n=(3, 2), m=0, l=0)
 
 
 def test_a_packet_of_several_classes_has_no_one_amplitude():

@@ -19,7 +19,7 @@ from fastaff import (
     NeoHookean,
     SeparableAlphaBeta,
     SeparableRVartheta,
-    one_variable,
+    univariate,
 )
 from fastaff.quantum.reference.operators import hamiltonian_operator, spin
 from fastaff.quantum.solvers.separable import angular, radial
@@ -52,7 +52,7 @@ TOP = {
     (1, -1, 2): 17.535155006622446063,
 }
 CRITICAL_A = 2.5572595087999248905
-QUARTIC = one_variable(lambda x: x**4)
+QUARTIC = univariate(lambda x: x**4)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_numerical_factors_meet_closed_ones(V, exact):
     """The Galerkin solution of what is an oscillator, given as a plain function: values, functions, normalisation."""
     K = np.array([0.0, 1.0, 36.0])
     for dimension, function, closed in ((2, V, exact), (4, lambda r: V(np.sqrt(r)), Spring(exact.k, exact.c))):
-        numerical = radial("V", one_variable(function), dimension, K, 6, 0.9, 1.7, 1e-12)
+        numerical = radial("V", univariate(function), dimension, K, 6, 0.9, 1.7, 1e-12)
         truth = radial("V", closed, dimension, K, 6, 0.9, 1.7, 1e-12)
         assert numerical.values == pytest.approx(truth.values, rel=1e-12)
         x = np.linspace(0.05, 4, 40)
@@ -133,7 +133,7 @@ def test_numerical_factors_meet_closed_ones(V, exact):
 
 def test_numerical_angles_meet_closed_ones():
     """Barriers as a plain function; whatever smooth V: e grows by its constant."""
-    body = SeparableRVartheta(Spring(1.0), one_variable(lambda v: 0.7 / np.cos(v / 2) ** 2 + 0.2 / np.sin(v / 2) ** 2))
+    body = SeparableRVartheta(Spring(1.0), univariate(lambda v: 0.7 / np.cos(v / 2) ** 2 + 0.2 / np.sin(v / 2) ** 2))
     twin = SeparableRVartheta(Spring(1.0), Barriers(0.7, 0.2))
     for m, l in ((0, 0), (3, -1)):
         E = spectrum(Body(body), m=m, l=l, count=12).E
@@ -195,9 +195,9 @@ def test_states_are_orthonormal_with_nodes_of_their_labels(potential, chart):
 @pytest.mark.parametrize(
     ("V", "m", "E"),
     [
-        (one_variable(lambda q: np.where(q < 1, 0 * q, np.inf), slope=lambda q: 0 * q), 2, jn_zeros(1, 4) ** 2 / 2),
-        (one_variable(lambda q: -1 / q), 0, -0.5 / (np.arange(4) + 0.5) ** 2),
-        (one_variable(lambda q: -1 / q), 4, -0.5 / (np.arange(4) + 2.5) ** 2),
+        (univariate(lambda q: np.where(q < 1, 0 * q, np.inf), slope=lambda q: 0 * q), 2, jn_zeros(1, 4) ** 2 / 2),
+        (univariate(lambda q: -1 / q), 0, -0.5 / (np.arange(4) + 0.5) ** 2),
+        (univariate(lambda q: -1 / q), 4, -0.5 / (np.arange(4) + 2.5) ** 2),
     ],
     ids=["disk", "Coulomb", "Coulomb, a = 2"],
 )
@@ -224,7 +224,7 @@ def test_a_wall_of_finite_strength():
     def slope(q):
         return np.where(q < np.pi, -(nu * nu - 0.25) * np.cos(q) / np.sin(q) ** 3 - 1 / (4 * q**3), 0.0)
 
-    V = one_variable(value, slope=slope)
+    V = univariate(value, slope=slope)
     values = radial("V", V, 2, np.zeros(1), 4, 1.0, 1.0, 1e-12).values[0]
     np.testing.assert_allclose(values, (np.arange(4) + nu + 0.5) ** 2 / 2, rtol=1e-11)
 
@@ -291,19 +291,19 @@ def falling(q):
         (Hyperelastic(), {"tolerance": 0}, ValueError, "tolerance"),
         (Harmonic(-1.0), {}, NoGroundState, "k > 0"),
         (SeparableAlphaBeta(Oscillator(1.0, -0.1), Oscillator()), {}, NoGroundState, "-1/4"),
-        (SeparableAlphaBeta(one_variable(falling), Oscillator()), {}, NoGroundState, "falls faster"),
-        (SeparableAlphaBeta(one_variable(lambda q: -(q**2)), Oscillator()), {}, NoGroundState, "large distance"),
-        (SeparableAlphaBeta(one_variable(lambda q: -np.exp(-q)), Oscillator()), {}, NoGroundState, "bind"),
+        (SeparableAlphaBeta(univariate(falling), Oscillator()), {}, NoGroundState, "falls faster"),
+        (SeparableAlphaBeta(univariate(lambda q: -(q**2)), Oscillator()), {}, NoGroundState, "large distance"),
+        (SeparableAlphaBeta(univariate(lambda q: -np.exp(-q)), Oscillator()), {}, NoGroundState, "bind"),
         (SeparableRVartheta(Spring(), Barriers(-1.0)), {}, NoGroundState, "vartheta = pi"),
         (SeparableRVartheta(Spring(), Secant(-8.0)), {}, ValueError, "V_"),
         (
-            SeparableAlphaBeta(one_variable(lambda q: q**2 + 1 / (q - 1) ** 2), Oscillator()),
+            SeparableAlphaBeta(univariate(lambda q: q**2 + 1 / (q - 1) ** 2), Oscillator()),
             {},
             ValueError,
             "pole at 1;",
         ),
-        (SeparableAlphaBeta(one_variable(lambda q: np.tan(q) ** 2), Oscillator()), {}, ValueError, "pole at 1.5708"),
-        (SeparableRVartheta(Spring(), one_variable(lambda v: 1 / np.cos(v) ** 2)), {}, ValueError, "pole at 1.5708"),
+        (SeparableAlphaBeta(univariate(lambda q: np.tan(q) ** 2), Oscillator()), {}, ValueError, "pole at 1.5708"),
+        (SeparableRVartheta(Spring(), univariate(lambda v: 1 / np.cos(v) ** 2)), {}, ValueError, "pole at 1.5708"),
     ],
 )
 def test_what_has_no_spectrum(potential, changes, error, words):
@@ -317,7 +317,7 @@ def test_other_wrong_input():
     with pytest.raises(ValueError, match="m is for a Body alone, HenonHeiles takes none"):
         spectrum(HenonHeiles(), m=0, l=0, count=1)
     with pytest.raises(TypeError, match="angular potentials"):
-        spectrum(StackelBody(Harmonic(), one_variable(lambda angle: np.cos(angle)), Zero()), m=0, l=0, count=1)
+        spectrum(StackelBody(Harmonic(), univariate(lambda angle: np.cos(angle)), Zero()), m=0, l=0, count=1)
     with pytest.raises(ValueError, match="above 1200"):
         radial("V", QUARTIC, 2, np.zeros(1), 1200, 1.0, 1.0, 1e-12)
     with pytest.raises(ValueError, match="same length"):
@@ -331,7 +331,7 @@ def test_no_level_is_lost_where_inner_exponents_are_weak():
     """-1/4 < s < 0 in the reduced equation: bound, Friedrichs; s = -1/4 + 2 mu c/hbar^2 + a^2 of an oscillator in
     closed form.
     """
-    potential = SeparableAlphaBeta(one_variable(lambda q: q**2 / 2 - 0.1 / q**2), Oscillator())
+    potential = SeparableAlphaBeta(univariate(lambda q: q**2 / 2 - 0.1 / q**2), Oscillator())
     found = spectrum(Body(potential), m=1, l=-1, count=6)
     chi = np.sqrt(1 - 0.2)
     n = np.repeat(np.arange(3), np.arange(1, 4))
@@ -342,7 +342,7 @@ def test_what_has_no_levels_is_refused_before_quantum_numbers_are_asked_for():
     for model, said in (
         (fa.HenonHeiles(), "missing 1 required keyword-only argument: 'count'"),
         (fa.hamiltonian("(x**2 + y**2 + z**2 + w**2)/2", coordinates="x y z w"), "in one to 3 coordinates"),
-        (fa.mapping("p1 = p + sin(x); x1 = x + p1"), "H = T"),
+        (fa.iterated_map("p1 = p + sin(x); x1 = x + p1"), "H = T"),
     ):
         with pytest.raises(TypeError, match=said):
             fa.quantum.spectrum(model)

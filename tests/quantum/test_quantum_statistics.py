@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
 import fastaff
-from fastaff import Body, Harmonic, Hyperelastic, NeoHookean, formula
+from fastaff import Body, Harmonic, Hyperelastic, NeoHookean, affine_body
 from fastaff.quantum import (
     GOE_RATIO,
     POISSON_RATIO,
@@ -74,7 +74,7 @@ TWO_WELLS = "((D1**2 + D2**2) - 2)**2*((D1**2 + D2**2) - 6)**2/20 + D1*D2/10"
 
 @pytest.mark.parametrize(
     ("body", "energy"),
-    [(Body(NeoHookean(1.0, 2.0), 1.2), 2.2), (formula(TWO_WELLS), 0.6), (formula(TWO_WELLS), 2.5)],
+    [(Body(NeoHookean(1.0, 2.0), 1.2), 2.2), (affine_body(TWO_WELLS), 0.6), (affine_body(TWO_WELLS), 2.5)],
     ids=["neo-Hookean", "two wells", "two wells, above the pass"],
 )
 def test_leading_term_against_cells(body, energy):
@@ -92,7 +92,7 @@ def test_leading_term_against_cells(body, energy):
 
 def test_what_has_no_count():
     with pytest.raises(ValueError, match="not bounded"):
-        weyl_count(formula("-(D1**2 + D2**2)"), 1.0, m=0, l=0)
+        weyl_count(affine_body("-(D1**2 + D2**2)"), 1.0, m=0, l=0)
     with pytest.raises(TypeError, match="Body"):
         weyl_count(fastaff.HenonHeiles(1.0), 1.0, m=0, l=0)
     with pytest.raises(ValueError, match="energy"):

@@ -67,7 +67,7 @@ def test_a_pendulum_against_mathieu():
     from scipy.special import mathieu_a, mathieu_b
 
     k = RNG.uniform(0.5, 5)
-    found = spectrum(fa.hamiltonian("k*(1 - cos(x))", coordinates="x", periods={"x": "2*pi"}, k=k), count=9)
+    found = spectrum(fa.hamiltonian("k*(1 - cos(x))", coordinates="x", periodic={"x": "2*pi"}, k=k), count=9)
     a, b = (f(np.arange(first, 14, 2), 4 * k) for f, first in ((mathieu_a, 0), (mathieu_b, 2)))
     close(found, k + np.sort(np.concatenate([a, b]))[:9] / 8)
 

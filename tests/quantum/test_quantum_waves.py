@@ -433,7 +433,7 @@ def test_values_depend_not_on_neighbours(chart):
 
 
 def wave(**change):
-    return wavefunction(change.pop("body", HARMONIC), **({"n": (0, 0), "m": 0, "l": 0} | change))
+    return wavefunction(change.pop("model", HARMONIC), **({"n": (0, 0), "m": 0, "l": 0} | change))
 
 
 @pytest.mark.parametrize(
@@ -450,10 +450,10 @@ def wave(**change):
         ({"hbar": np.nan}, ValueError, "hbar must be finite"),
         ({"chart": TWO_POLAR}, ValueError, "chart must be"),
         ({"chart": "alpha-beta"}, ValueError, "chart must be"),
-        ({"body": Body(Hyperelastic()), "chart": R_VARTHETA}, ValueError, "closed-form"),
-        ({"body": Body(NeoHookean())}, ValueError, "body must separate"),
-        ({"body": WALLS, "chart": R_VARTHETA}, ValueError, "chart must be one"),
-        ({"body": Body(Harmonic(), -1.0)}, ValueError, "mu must be positive"),
+        ({"model": Body(Hyperelastic()), "chart": R_VARTHETA}, ValueError, "closed-form"),
+        ({"model": Body(NeoHookean())}, ValueError, "model must separate"),
+        ({"model": WALLS, "chart": R_VARTHETA}, ValueError, "chart must be one"),
+        ({"model": Body(Harmonic(), -1.0)}, ValueError, "mu must be positive"),
     ],
     ids=str,
 )

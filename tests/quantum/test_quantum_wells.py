@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 from scipy.sparse import diags
 from test_quantum_narrow import Plain, feature, lagrange, mesh
 
-from fastaff import formula
+from fastaff import affine_body
 from fastaff.core.status import Status
 from fastaff.quantum import coherent_packet, spectrum
 from fastaff.quantum.chaos.weyl_count import _integrals, _well
@@ -15,7 +15,7 @@ from fastaff.quantum.solvers.intervals import Interval, Sector, interval
 from fastaff.quantum.solvers.separable import angular, radial
 from fastaff.quantum.solvers.singular_ends import well
 from fastaff.systems.models import Body, NeoHookean, SeparableAlphaBeta, SeparableRVartheta
-from fastaff.systems.models.functions import Oscillator, Spring, one_variable
+from fastaff.systems.models.functions import Oscillator, Spring, univariate
 
 FUNCTIONS = (
     *(getattr(np, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh", "cosh", "arctan", "arccos")),
@@ -111,7 +111,7 @@ def test_wells_far_away(seed):
 
 def test_wells_and_the_oscillator_beside_them():
     """Levels far above those of the well, closer to one another by orders: each is there."""
-    V = one_variable(lambda x: x**2 / 2 - 6000 * np.exp(-(((x - 90) / 0.05) ** 2)))
+    V = univariate(lambda x: x**2 / 2 - 6000 * np.exp(-(((x - 90) / 0.05) ** 2)))
     found = spectrum(Body(SeparableAlphaBeta(V, Oscillator(1.0))), m=0, l=0, count=3)
     np.testing.assert_allclose(found.E, -929.000030631 + 2 * np.arange(3), atol=2e-9)
     deep = radial(
@@ -145,7 +145,7 @@ def test_rings_and_spots_in_the_plane(seed):
     rho, angle = 10 ** rng.uniform(0, 1.5), rng.uniform(0.2, 1.3)
     width, depth = rho * 10 ** rng.uniform(-4, -3), rho**2 / 2 + 10 ** rng.uniform(1, 3)
     E = float(rng.uniform(-0.5, 0.9)) * (depth - rho**2 / 2)
-    ring = formula("r/2 - h*exp(-((rho - c)/w)**2)", h=depth, c=rho, w=width)
+    ring = affine_body("r/2 - h*exp(-((rho - c)/w)**2)", h=depth, c=rho, w=width)
     steps = np.union1d(
         np.linspace(0, max(2 * E, 0) ** 0.5 + 2 * rho, 200_001), rho + width * np.linspace(-9, 9, 400_001)
     )
@@ -154,7 +154,7 @@ def test_rings_and_spots_in_the_plane(seed):
     truth = (room * q * np.diff(steps)).sum() * np.pi / 2
     assert _integrals(_well(ring, 0.0, 0.0, E), np.array([E]))[0, 0] == pytest.approx(truth, rel=1e-6)
     a, b = rho * np.cos(angle), rho * np.sin(angle)
-    spot = formula("r/2 - h*exp(-((alpha - c)/w)**2 - ((beta - d)/w)**2)", h=depth, c=a, d=b, w=width)
+    spot = affine_body("r/2 - h*exp(-((alpha - c)/w)**2 - ((beta - d)/w)**2)", h=depth, c=a, d=b, w=width)
     x, y = np.meshgrid(*[width * np.linspace(-5, 5, 2001)] * 2)
     V = ((a + x) ** 2 + (b + y) ** 2) / 2 - depth * np.exp(-(x**2 + y**2) / width**2)
     truth = np.maximum(-0.2 * depth + rho**2 / 10 - V, 0).sum() * (width / 200) ** 2
@@ -168,10 +168,10 @@ def test_what_cannot_be_excluded_is_said():
     loose = radial("V", Plain(lambda q: q * q / 2 + 1e14 * (q - q)), **far)  # intervals do not see that this is 0
     assert np.all(np.abs(loose.values - [1, 3]) <= loose.error)
     assert np.all(loose.error > 1)
-    plain = one_variable(lambda q: 0.5 * np.abs(np.interp(q, [0.0, 1e3], [0.0, 1e3])) ** 2, slope=lambda q: q)
+    plain = univariate(lambda q: 0.5 * np.abs(np.interp(q, [0.0, 1e3], [0.0, 1e3])) ** 2, slope=lambda q: q)
     found = spectrum(Body(SeparableAlphaBeta(plain, Oscillator(1.0))), m=0, l=0, count=1)
     assert "known at points only" in found.method
-    smooth = spectrum(Body(SeparableAlphaBeta(one_variable(lambda q: q**4), Oscillator(1.0))), m=0, l=0, count=1)
+    smooth = spectrum(Body(SeparableAlphaBeta(univariate(lambda q: q**4), Oscillator(1.0))), m=0, l=0, count=1)
     assert "known at points" not in smooth.method
     assert smooth.status[0] == Status.OK
 
@@ -194,10 +194,10 @@ def test_poles_are_told_from_narrow_hills(seed):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: formula("r/2 + 30*exp(-((alpha - c)/w)**2)", c=1.3, w=0.002), "features so narrow"),
-        (lambda: formula("r/2 + 1/(r - c)**2", c=2.0), "pole at 1.41421"),
-        (lambda: formula("r/2 + c/(rho - 2) + D1*D2/9", c=1.0), "pole at 2"),
-        (lambda: formula("-k/rho + 0.1*D1*D2/(1 + r)", k=1.0), "waves are short"),
+        (lambda: affine_body("r/2 + 30*exp(-((alpha - c)/w)**2)", c=1.3, w=0.002), "features so narrow"),
+        (lambda: affine_body("r/2 + 1/(r - c)**2", c=2.0), "pole at 1.41421"),
+        (lambda: affine_body("r/2 + c/(rho - 2) + D1*D2/9", c=1.0), "pole at 2"),
+        (lambda: affine_body("-k/rho + 0.1*D1*D2/(1 + r)", k=1.0), "waves are short"),
     ],
 )
 def test_refusals_name_their_reason(call, words):
@@ -209,9 +209,9 @@ def test_refusals_name_their_reason(call, words):
 def test_units_of_any_size():
     """The same body in other units of length: nothing is cut off at some number of them."""
     for size in (1e-6, 1e7):
-        body = formula("r/2 + g*(D1*D2)**2", g=0.3 / size**2)
+        body = affine_body("r/2 + g*(D1*D2)**2", g=0.3 / size**2)
         found = spectrum(body, m=0, l=0, count=2, hbar=size**2, tolerance=1e-6)
-        one = spectrum(formula("r/2 + g*(D1*D2)**2", g=0.3), m=0, l=0, count=2, tolerance=1e-6)
+        one = spectrum(affine_body("r/2 + g*(D1*D2)**2", g=0.3), m=0, l=0, count=2, tolerance=1e-6)
         np.testing.assert_allclose(found.E / size**2, one.E, rtol=2e-6)
 
 
@@ -227,7 +227,7 @@ def test_large_quantum_numbers_are_refused_by_name():
 @pytest.mark.parametrize("seed", range(3))
 def test_narrow_wells_in_vartheta_of_a_body(seed):
     width = 10 ** default_rng(seed).uniform(-6, -4)
-    V = one_variable(lambda v: -5000 * np.exp(-(((v - 1.1) / width) ** 2)))
+    V = univariate(lambda v: -5000 * np.exp(-(((v - 1.1) / width) ** 2)))
     found = spectrum(Body(SeparableRVartheta(Spring(1.0), V)), m=0, l=0, count=2)
     shift = -5000 * width * np.sqrt(np.pi) * np.sin(1.1) / 2  # of e_vartheta, to first order
     assert found.E[0] == pytest.approx(1 + np.sqrt(1 + 2 * shift), rel=0.05 * abs(shift) ** 0.5 + 1e-6)

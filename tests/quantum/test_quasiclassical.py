@@ -23,7 +23,7 @@ from fastaff import (
     NeoHookean,
     SeparableAlphaBeta,
     SeparableRVartheta,
-    one_variable,
+    univariate,
 )
 from fastaff.quantum import BOHR_SOMMERFELD, EBK, LevelTable, quasiclassical_levels
 from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
@@ -69,9 +69,9 @@ def test_levels_of_the_paper(chart, potential, formula, maslov, M, n1, n2, m, ha
 @pytest.mark.parametrize(
     "potential",
     [
-        SeparableAlphaBeta(Oscillator(1.4, 2.8), one_variable(lambda beta: 0.7 * beta * beta)),
-        SeparableRVartheta(Spring(1.4), one_variable(lambda vartheta: 2.8 / np.cos(vartheta / 2) ** 2)),
-        SeparableRVartheta(one_variable(lambda r: 0.7 * r), Barriers(2.8)),
+        SeparableAlphaBeta(Oscillator(1.4, 2.8), univariate(lambda beta: 0.7 * beta * beta)),
+        SeparableRVartheta(Spring(1.4), univariate(lambda vartheta: 2.8 / np.cos(vartheta / 2) ** 2)),
+        SeparableRVartheta(univariate(lambda r: 0.7 * r), Barriers(2.8)),
     ],
     ids=["beta", "vartheta", "r"],
 )
@@ -239,7 +239,7 @@ def test_degeneracies_join_what_the_tolerance_joins():
 
 
 def test_degeneracies_of_no_level():
-    found = quasiclassical_levels(Body(Harmonic()), below=1.0).multiplets()
+    found = quasiclassical_levels(Body(Harmonic()), max_energy=1.0).multiplets()
     assert found.E.size == found.degeneracy.size == len(found) == 0
 
 
@@ -274,7 +274,7 @@ def test_levels_below_are_complete(potential, formula, maslov, single_valued):
     C, mu, hbar = 1.2, 1.5, 0.9
     top = 6.3 * hbar * sqrt(C / mu)
     found = quasiclassical_levels(
-        Body(potential(C), mu), below=top, maslov=maslov, hbar=hbar, single_valued=single_valued
+        Body(potential(C), mu), max_energy=top, maslov=maslov, hbar=hbar, single_valued=single_valued
     )
     expected = {}
     for n1, n2, m, l in box(6.3, single_valued):  # the wall 2 C/alpha^2 > 0 only raises levels
@@ -294,7 +294,7 @@ def test_levels_below_are_complete_by_quadrature(maslov):
     all.
     """
     body, top = Body(Hyperelastic(1.0), 1.0), 9.0
-    found = quasiclassical_levels(body, below=top, maslov=maslov)
+    found = quasiclassical_levels(body, max_energy=top, maslov=maslov)
     n1, n2, m, l = np.array(box(top, even=True)).T
     every = quasiclassical_levels(body, n=[n1, n2], m=m, l=l, maslov=maslov)
     below = np.flatnonzero(top > every.E)
@@ -314,7 +314,7 @@ def test_levels_below_are_complete_where_the_planes_differ(single_valued):
         E = 0.1 * (2 * n1 + 1 + abs(m - l) / 2) + (2 * n2 + 1 + abs(m + l) / 2)
         if top > E and not (single_valued and (m + l) % 2):
             expected.add((n1, n2, m, l))
-    found = quasiclassical_levels(STRIP, below=top, single_valued=single_valued)
+    found = quasiclassical_levels(STRIP, max_energy=top, single_valued=single_valued)
     assert len(expected) >= 4
     assert set(numbers_of(found)) == expected
 
@@ -322,16 +322,16 @@ def test_levels_below_are_complete_where_the_planes_differ(single_valued):
 def test_long_rows_of_levels_below():
     """26 levels in n_alpha of one n_beta, m, l: more than the search asks for at once."""
     body = Body(SeparableAlphaBeta(Oscillator(1.0), Oscillator(1e4)))  # omega = 1 and 100
-    found = quasiclassical_levels(body, below=151.5)
+    found = quasiclassical_levels(body, max_energy=151.5)
     assert found.n[0, (found.m == 0) & (found.l == 0)].tolist() == list(range(26))
 
 
 def test_no_level_below():
     for top in (2.0, -1.0):  # the ground state of C = mu = hbar = 1 is at 2: below means below
-        levels = quasiclassical_levels(Body(Harmonic()), below=top)
+        levels = quasiclassical_levels(Body(Harmonic()), max_energy=top)
         assert levels.E.shape == levels.m.shape == levels.l.shape == (0,)
         assert levels.n.shape == levels.spacing.shape == (2, 0)
-    assert quasiclassical_levels(Body(Harmonic()), below=np.nextafter(2.0, 3.0)).E.shape == (1,)
+    assert quasiclassical_levels(Body(Harmonic()), max_energy=np.nextafter(2.0, 3.0)).E.shape == (1,)
 
 
 @pytest.mark.parametrize(("m", "l"), [(1, 0), (0, -1), (2, 3), ([0, 1], [0, 2])])
@@ -355,7 +355,7 @@ def test_names_and_broadcasting():
 
 
 def level(**change):
-    return quasiclassical_levels(change.pop("body", Body(Harmonic())), **({"n": (0, 0), "m": 0, "l": 0} | change))
+    return quasiclassical_levels(change.pop("model", Body(Harmonic())), **({"n": (0, 0), "m": 0, "l": 0} | change))
 
 
 @pytest.mark.parametrize(
@@ -381,12 +381,12 @@ def level(**change):
         ({"hbar": -1.0}, ValueError, "hbar must be positive"),
         ({"hbar": "1"}, TypeError, "hbar must be a real"),
         ({"hbar": np.inf}, ValueError, "hbar must be finite"),
-        ({"body": Harmonic()}, TypeError, "wrap it"),
-        ({"body": Body(NeoHookean())}, ValueError, "body must separate"),
-        ({"body": Body(Hyperelastic()), "chart": ALPHA_BETA}, ValueError, "chart must be one"),
+        ({"model": Harmonic()}, TypeError, "wrap it"),
+        ({"model": Body(NeoHookean())}, ValueError, "model must separate"),
+        ({"model": Body(Hyperelastic()), "chart": ALPHA_BETA}, ValueError, "chart must be one"),
         ({"chart": ELLIPTIC}, ValueError, "alpha-beta or r-vartheta"),
         (
-            {"body": StackelBody(Harmonic(), one_variable(lambda eta: np.cos(eta)), Zero())},
+            {"model": StackelBody(Harmonic(), univariate(lambda eta: np.cos(eta)), Zero())},
             ValueError,
             "doubly isotropic",
         ),
@@ -402,5 +402,5 @@ def test_bad_input(change, error, words):
     ("energy", "error"), [(np.inf, ValueError), (np.nan, ValueError), ("3", TypeError), ([3.0], TypeError)]
 )
 def test_bad_energy(energy, error):
-    with pytest.raises(error, match="below must be"):
-        quasiclassical_levels(Body(Harmonic()), below=energy)
+    with pytest.raises(error, match="max_energy must be"):
+        quasiclassical_levels(Body(Harmonic()), max_energy=energy)

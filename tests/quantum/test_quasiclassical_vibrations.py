@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff import Status
+from fastaff import Classification, Status
 from fastaff.quantum import quasiclassical_levels, spectrum
 from fastaff.quantum.exact import mode_tori
-from fastaff.tori.torus import Verdict
 
 RNG = np.random.default_rng(311)
 MORSE = "D*(1 - exp(-a*x))**2"
@@ -34,7 +33,7 @@ def test_a_morse_oscillator_is_exact():
     assert (np.abs(found.E - truth) <= found.error).all()
     assert found.error.max() < 1e-9
     np.testing.assert_allclose(found.spacing[0], np.gradient(morse(D, a, hbar, np.arange(9.0)))[[0, 2, 5]], rtol=0.1)
-    listed = quasiclassical_levels(model, below=float(truth[1]) * 1.001, hbar=hbar)
+    listed = quasiclassical_levels(model, max_energy=float(truth[1]) * 1.001, hbar=hbar)
     np.testing.assert_array_equal(listed.n, [[0, 1, 2]])
     np.testing.assert_allclose(listed.E, morse(D, a, hbar, np.arange(3)), atol=1e-10)
 
@@ -69,7 +68,7 @@ def test_the_difference_from_exact_levels_falls_as_hbar_squared(number):
 
 
 def test_maslov_indices_of_librations_rotations_and_other_bases():
-    pendulum = fa.hamiltonian("p**2/2 - cos(x)", coordinates="x", momenta="p", periods={"x": "2*pi"})
+    pendulum = fa.hamiltonian("p**2/2 - cos(x)", coordinates="x", momenta="p", periodic={"x": "2*pi"})
     assert fa.fit_torus(pendulum, [0.5, 0.0], time=400.0).maslov.tolist() == [2]
     assert fa.fit_torus(pendulum, [0.0, 2.5], time=400.0).maslov.tolist() == [0]
     linear = fa.hamiltonian("(x**2 + k*y**2)/2", coordinates="x y", k=RNG.uniform(2, 3))
@@ -100,12 +99,12 @@ def test_wrong_calls_say_the_right_one():
     for wrong, message in (
         ({"n": [0], "m": 1}, "m is for a Body alone"),
         ({"n": [0], "maslov": (0, 0)}, "maslov is for a Body alone"),
-        ({}, "give either n, quantum numbers of the modes, or near, or below"),
-        ({"n": [0], "below": 1.0}, "give either n"),
+        ({}, "give either n, quantum numbers of the modes, or guess, or below"),
+        ({"n": [0], "max_energy": 1.0}, "give either n"),
         ({"n": [-1]}, "n must be whole numbers >= 0 of shape"),
         ({"n": [0, 1]}, "n must be whole numbers >= 0 of shape"),
         ({"n": [0], "modes": "locla"}, "Did you mean local"),
-        ({"near": [1.0, 0.0], "modes": "local"}, "near must be given without modes"),
+        ({"guess": [1.0, 0.0], "modes": "local"}, "guess must be given without modes"),
     ):
         with pytest.raises(ValueError, match=message):
             quasiclassical_levels(model, **wrong)
@@ -130,25 +129,25 @@ def test_normal_modes_turn_into_local_ones_where_averaging_says(sign):
         kappa = omega**2 / (4 * D)
         I = g * omega / (2 * kappa)
         E = omega * I - kappa * I**2 / 2 - g * omega * I / 2
-        section = fa.Linear(normal=(0, 0, 1, -sign), direction=-1)
+        section = fa.Hyperplane(normal=(0, 0, 1, -sign), direction=-1)
         x = np.sqrt(E / 2 / D) / a  # each bond has half the energy
         low, high = E / 2, 2 * E
         branch = fa.continuation(
-            model, [0.6 * x, -sign * 0.6 * x, 0, 0], section=section, direction=1, bounds=(low / 2, high), longest=0.1
+            model, [0.6 * x, -sign * 0.6 * x, 0, 0], section=section, direction=1, bounds=(low / 2, high), ds_max=0.1
         )
-        (found,) = [one for one in branch.bifurcations if one.event.name == "BRANCHING"]
-        away.append(found.value / E - 1)
+        (found,) = [one for one in branch.bifurcations if one.event.name == "BRANCH_POINT"]
+        away.append(found.parameter / E - 1)
     assert abs(away[0]) < 0.04
     np.testing.assert_allclose(away[0] / away[1], 2.0, rtol=0.2)
 
 
 def test_levels_without_a_torus_name_the_calls_that_go_on(monkeypatch):
-    """A torus in a resonance is one of islands, whose verdict is no torus of all dimensions."""
-    fit = types.SimpleNamespace(verdict=Verdict.RESONANT, evidence={})
+    """A torus in a resonance is one of islands, whose classification is no torus of all dimensions."""
+    fit = types.SimpleNamespace(classification=Classification.RESONANT, evidence={})
     monkeypatch.setattr(mode_tori, "fit_torus", lambda *given, **named: fit)
     found = quasiclassical_levels(fa.HenonHeiles(), n=[0, 1], hbar=0.01)
     assert found.status.tolist() == [Status.NOT_CONVERGED]
     assert np.isnan(found.E).all()
     assert "no torus of these modes" in found.summary()
-    assert "quasiclassical_levels(..., near=z0)" in found.summary()
+    assert "quasiclassical_levels(..., guess=z0)" in found.summary()
     assert "spectrum(body, count=..., hbar=...)" in found.summary()

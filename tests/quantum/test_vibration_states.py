@@ -94,7 +94,7 @@ def test_mean_quanta_of_an_angle_are_those_about_its_well(shift):
         "p**2/2 + r**2/2 + 2*(x - 1)**2 + V*(1 - cos(t - s))",
         coordinates="x t",
         momenta="p r",
-        periods={"t": "2*pi"},
+        periodic={"t": "2*pi"},
         V=barrier,
         s=shift,
     )
@@ -147,13 +147,13 @@ def test_figures_over_the_section_and_the_plane():
     assert figure.missing == 0
     assert len(figure.lines) == 1
     assert Q.plot(grid).missing == 0
-    image = state.plot(body=model, points=31)
+    image = state.plot(model=model, points=31)
     assert image.points.get_array().shape == (31, 31)
     assert image.points.axes.get_xlabel() == "$x$"
 
 
 def test_wrong_calls_say_the_right_one():
-    pendulum = fa.hamiltonian("1 - cos(x)", coordinates="x", periods={"x": "2*pi"})
+    pendulum = fa.hamiltonian("1 - cos(x)", coordinates="x", periodic={"x": "2*pi"})
     state = spectrum(pendulum, count=3).state(0)
     assert abs((state.density(np.arange(64)[None] * 2 * np.pi / 64)).sum() * 2 * np.pi / 64 - 1) < 1e-9
     with pytest.raises(ValueError, match="without periods"):

@@ -24,20 +24,20 @@ class Answer:
 
 
 @records_call
-def inner(x=0.0, *, report=None) -> Answer:
-    return Answer(report is not None)
+def inner(x=0.0, *, callback=None) -> Answer:
+    return Answer(callback is not None)
 
 
 @records_call
-def outer(x=0.0, *, report=None) -> Answer:
+def outer(x=0.0, *, callback=None) -> Answer:
     assert not inner(x).told  # part of what is watched
-    return Answer(report is not None)
+    return Answer(callback is not None)
 
 
 @pytest.fixture
 def shown(monkeypatch):
     monkeypatch.setattr(progress._Shown, "wanted", None)
-    fa.progress(True)
+    fa.show_progress(True)
 
 
 @pytest.fixture
@@ -48,17 +48,17 @@ def clock(monkeypatch):
 
 
 def test_who_is_watched(shown):
-    """The outermost call of the main thread, unless it is given a report; its recipe is the same."""
+    """The outermost call of the main thread, unless it is given a callback; its recipe is the same."""
     assert inner().told
     assert outer().told
-    assert inner(report=None).told
+    assert inner(callback=None).told
     reports = []
-    assert inner(report=reports.append).told
+    assert inner(callback=reports.append).told
     assert not reports
-    fa.progress(False)
+    fa.show_progress(False)
     assert not inner().told
-    assert inner(2.0).call == inner(2.0, report=reports.append).call
-    fa.progress(True)
+    assert inner(2.0).call == inner(2.0, callback=reports.append).call
+    fa.show_progress(True)
     assert inner(2.0).call.arguments == {"x": 2.0}
     found = []
     thread = threading.Thread(target=lambda: found.append(inner().told))
@@ -71,16 +71,16 @@ def test_jobs_say_how_much_is_done(shown):
     """Of a job, and of its parts nothing; what is told by itself says nothing."""
 
     @says_progress
-    def run(job, *, report=None, watch=None):
+    def run(job, *, callback=None, on_chunk=None):
         assert not inner().told
-        return report
+        return callback
 
     assert run("job") is not None
-    assert run("job", report=None) is None
+    assert run("job", callback=None) is None
     told = print
-    assert run("job", report=told) is told
-    assert run("job", watch=told) is None
-    for function in (fa.hamiltonian, fa.formula, fa.mapping, fa.flow):
+    assert run("job", callback=told) is told
+    assert run("job", on_chunk=told) is None
+    for function in (fa.hamiltonian, fa.affine_body, fa.iterated_map, fa.ode):
         assert function.__wrapped__  # it is watched: derivatives of new texts take seconds
     assert fa.run.__name__ == "run"
     assert fa.run.__wrapped__.__doc__ == fa.run.__doc__
@@ -89,7 +89,7 @@ def test_jobs_say_how_much_is_done(shown):
 @pytest.mark.parametrize("wrong", [None, 1, "no", np.array(True)])
 def test_progress_takes_a_bool(wrong):
     with pytest.raises(TypeError, match="shown must be True or False, got"):
-        fa.progress(wrong)
+        fa.show_progress(wrong)
 
 
 def test_where_nobody_looks(monkeypatch):
@@ -109,24 +109,24 @@ def test_a_branch_says_where_it_is(monkeypatch, shown):
     start = [0.0, 0.0, 0.3, 0.31]
     with progress.watched("continuation"):
         line = progress._Shown.line
-        branch = fa.continuation(fa.HenonHeiles(), start, steps=4, bounds=(0.0, 0.101), **said)
-        assert line.said == f", at {branch.value[-2]:.6g}"
+        branch = fa.continuation(fa.HenonHeiles(), start, max_steps=4, bounds=(0.0, 0.101), **said)
+        assert line.said == f", at {branch.parameter[-2]:.6g}"
         line.marks = [(0.0, 0.0), (progress.computed(), 0.5)]
-        assert f"continuation:  50%, at {branch.value[-2]:.6g}, about " in line.text(30.0)
-    assert branch.value[-1] == 0.101
+        assert f"continuation:  50%, at {branch.parameter[-2]:.6g}, about " in line.text(30.0)
+    assert branch.parameter[-1] == 0.101
     done = [fraction for _, fraction in told]
-    steps, way = np.arange(len(done)) / 4, (branch.value[: len(done)] - 0.1) / 0.001
+    steps, way = np.arange(len(done)) / 4, (branch.parameter[: len(done)] - 0.1) / 0.001
     np.testing.assert_allclose(done, np.maximum(steps, way), rtol=0, atol=1e-12)
     assert {what for what, _ in told} == {"continuation"}
     told.clear()
     with progress.watched("find_periodic_orbits"):
         starts = np.array([start, [0.0, 0.1, 0.3, 0.3]]).T
-        fa.find_periodic_orbits(fa.HenonHeiles(), starts, section="x=0", max_period=2, crossings=8, step=0.1)
+        fa.find_periodic_orbits(fa.HenonHeiles(), starts, section="x=0", max_crossings=2, scan_crossings=8, step=0.1)
         assert progress._Shown.line.said == ", period 2 of 2"
     assert told == [("find_periodic_orbits", 0.0), ("find_periodic_orbits", 0.5)]
     told.clear()
     with progress.watched("tunes"):
-        fa.continuation(fa.HenonHeiles(), start, steps=1, **said)
+        fa.continuation(fa.HenonHeiles(), start, max_steps=1, **said)
     assert not told
     assert progress._Shown.line is None
 
@@ -179,10 +179,10 @@ def test_passes_are_one_count(seed):
     with Passes(told.append) as passes:
         for k, work in enumerate(works):
             begun = passes.end
-            report = passes.take(work, works[k + 1 :].sum())
+            callback = passes.take(work, works[k + 1 :].sum())
             assert np.isclose(passes.end - begun, work / works.sum())  # all was expected: shares of the whole
             for fraction in (0.0, 0.5, 0.2, 1.0, 0.1):  # it may begin anew
-                report(fraction)
+                callback(fraction)
             assert told[-1] == passes.end
     assert told == sorted(told)
     assert told[-1] == 1.0
@@ -199,11 +199,11 @@ def test_orbits_of_one_portion_are_told_while_they_are_read():
     """And are the same orbits as where nobody is told."""
     body, told = fa.HenonHeiles(), []
     z0 = fa.energy_sample(body, energy=0.08, orbits=600, seed=1).z0
-    found = fa.frequency_map(body, z0, time=100.0, threads=1, report=told.append)
+    found = fa.frequency_map(body, z0, time=100.0, threads=1, callback=told.append)
     assert max(np.diff([0.0, *told])) < 0.4
     assert told[-1] == 1.0
     silent = fa.frequency_map(body, z0, time=100.0, threads=2)
-    for name in ("nu", "error", "kind", "diffusion"):
+    for name in ("nu", "error", "classification", "diffusion"):
         np.testing.assert_array_equal(found[name], silent[name])
 
 
@@ -211,16 +211,16 @@ def test_orbits_that_end_early_are_done_then():
     """As a section's, far from max_time: by those that have ended, before these by what is expected."""
     ensemble, told = SimpleNamespace(count=np.zeros(4, int)), []
     flow = SimpleNamespace(adaptive=False, steps=lambda time: 10 * time)
-    report = early(told.append, flow, ensemble, 100.0, 0.2)
-    report(0.1)
+    callback = early(told.append, flow, ensemble, 100.0, 0.2)
+    callback(0.1)
     assert told[-1] == 0.5
     ensemble.count[1] = 100  # of 1000 steps
-    report(0.05)
+    callback(0.05)
     assert told[-1] == 0.5
     ensemble.count[:2] = 100, 300
-    report(0.15)
+    callback(0.15)
     assert told[-1] == pytest.approx(0.75)
-    report(0.3)
+    callback(0.3)
     assert told[-1] == 1.0
     assert early(None, flow, ensemble, 1.0) is None
     assert early(print, SimpleNamespace(adaptive=True), ensemble, 1.0) is print
@@ -347,7 +347,7 @@ def test_in_a_notebook_a_line_replaces_the_one_before(monkeypatch, clock):
 
 
 QUIET = {
-    "fastaff": {"one_variable", "progress", "reduced"},
+    "fastaff": {"reduced_body", "show_progress", "univariate"},
     "fastaff.frequencies": {"diffusion_histogram"},
     "fastaff.periodic": {"periodic_guesses"},
     "fastaff.quantum": {
@@ -380,13 +380,13 @@ def test_a_fit_of_a_torus_tells_its_passes():
     """No share stands still for long, of tori and of orbits that are none; and the fit is the same."""
     for z, least in (([0.0, 0.1, 0.3, 0.2], 12), ([0.0, -0.1, 0.45, 0.2], 20)):
         told = []
-        found = fa.fit_torus(fa.HenonHeiles(), z, time=300.0, report=told.append)
+        found = fa.fit_torus(fa.HenonHeiles(), z, time=300.0, callback=told.append)
         assert told == sorted(told)
         assert told[-1] == 1.0
         fitting = [0.5, *(share for share in told if 0.5 < share < 0.75), 0.75]
         assert len(fitting) > least / 2
         assert np.diff(fitting).max() < 0.13
-        if found.verdict != fa.tori.Verdict.TORUS:
+        if found.classification != fa.Classification.REGULAR:
             assert any(0.75 < share < 1.0 for share in told)
         same = fa.fit_torus(fa.HenonHeiles(), z, time=300.0)
         np.testing.assert_array_equal(found.nu, same.nu)

@@ -21,14 +21,14 @@ A, B, C, D = RNG.uniform(0.5, 2.0, 4).tolist()
 OWN = fa.hamiltonian(
     "a*x**2/2 + b*y**2/2 + c*x**2*y", coordinates="x, y", masses=(D, A), domain="9 - x**2 - y**2", a=A, b=B, c=0.2 * C
 )
-BODY = fa.formula("k*(D1**2 + D2**2)/2 + g/(D1*D2)", mu=C, k=A, g=B)
+BODY = fa.affine_body("k*(D1**2 + D2**2)/2 + g/(D1*D2)", mu=C, k=A, g=B)
 Z4 = 0.1 * RNG.standard_normal((4, 3))
 Z8 = np.concatenate([[[1.4, 1.2], [0.1, 0.2], [0.3, 0.1], [0.0, 0.1]], 0.3 * RNG.standard_normal((4, 2))])
 MINE = fa.schemes.compose(fa.LEAPFROG, ["0.3"], name="mine", order=2, source="somebody 2000")
 CALLS = {
     "integrate": lambda: fa.integrate(OWN, Z4, time=3.0, samples=2),
     "list": lambda: fa.integrate(OWN, [float(x) for x in Z4[:, 0]], time=3, step=0.05, scheme=MINE),
-    "pair": lambda: fa.integrate(fa.formula("x**2 + z**2 + 2*y**2 + 2*u**2", mu=(A, B)), Z8, time=1.0, step=0.05),
+    "pair": lambda: fa.integrate(fa.affine_body("x**2 + z**2 + 2*y**2 + 2*u**2", mu=(A, B)), Z8, time=1.0, step=0.05),
     "transformed": lambda: fa.integrate(
         OWN, Z4, time=2.0, step=0.1, scheme=fa.TimeTransformed(rate=fa.schemes.Logistic(A, B))
     ),
@@ -36,14 +36,14 @@ CALLS = {
         BODY, Z8, section=fa.AlphaTurning(-1), crossings=3, max_time=50.0, scheme=fa.DOP853
     ),
     "frequency_map": lambda: fa.frequency_map(
-        fa.Body(fa.Hyperelastic(A), B), Z8, time=20.0, angles=AlphaBeta(), step=0.02
+        fa.Body(fa.Hyperelastic(A), B), Z8, time=20.0, signals=AlphaBeta(), step=0.02
     ),
     "chaos_map": lambda: fa.chaos_map(OWN, Z4, time=5.0, indicators=(fa.MEGNO(4.0), fa.SALI()), step=0.1),
     "action_angles": lambda: fa.action_angles(fa.Body(fa.Harmonic(A), B), Z8, chart=fa.charts.ALPHA_BETA),
     "sample": lambda: fa.energy_sample(
         fa.Body(fa.NeoHookean(A)), energy=9.0, section=fa.AlphaTurning(), orbits=5, seed=[3, 1], p_eta=0.1
     ),
-    "levels": lambda: fa.quantum.exact_levels(fa.Body(fa.Anharmonic(A)), below=12.0),
+    "levels": lambda: fa.quantum.exact_levels(fa.Body(fa.Anharmonic(A)), max_energy=12.0),
 }
 
 
@@ -73,7 +73,7 @@ def test_the_text_of_a_formula_is_in_the_file(tmp_path):
     """
     path = files.save(tmp_path / "own", fa.integrate(OWN, Z4, time=1.0, step=0.1), model=OWN)
     metadata = files.contents(path).metadata
-    for model in (metadata["model"], metadata["call"]["arguments"]["body"]):
+    for model in (metadata["model"], metadata["call"]["arguments"]["model"]):
         assert model["formula"] == [OWN.formula, OWN.domain, ["a", "b", "c"], ["x", "y"], "masses", *[None] * 4, [], []]
         assert (model["a"], model["m_1"], model["m_2"]) == (A, D, A)
     assert metadata["call"]["arguments"]["rtol"] == 1e-12  # what was left at its default is stated too
@@ -104,10 +104,10 @@ def test_models_of_ones_own_are_to_be_given(tmp_path):
     result = fa.integrate(OneSpring(2.0), np.ones((2, 2)), time=1.0, step=0.1)
     path = files.save(tmp_path / "mine", result)
     with pytest.raises(
-        ValueError, match=r"body has the class own_models.OneSpring, which is not the package's: give body="
+        ValueError, match=r"model has the class own_models.OneSpring, which is not the package's: give model="
     ):
         files.recipe(path)
-    same(result, files.recipe(path, body=OneSpring(2.0)).run())
+    same(result, files.recipe(path, model=OneSpring(2.0)).run())
 
 
 class HenonHeiles(OneSpring):
@@ -123,9 +123,9 @@ def test_functions_are_to_be_given(tmp_path):
 
     scan = fa.chaotic_fraction(make, [[1.0, 2.0]], time=10.0, step=0.05)
     path = files.save(tmp_path / "scan", scan)
-    with pytest.raises(ValueError, match=r"give make, as in recipe\(path, make=...\)"):
+    with pytest.raises(ValueError, match=r"give model, as in recipe\(path, model=...\)"):
         files.recipe(path)
-    same(scan, files.recipe(path, make=make).run())
+    same(scan, files.recipe(path, model=make).run())
 
 
 def test_what_was_put_together_by_hand_has_no_call(tmp_path):
@@ -140,12 +140,12 @@ def test_a_forged_file_executes_nothing(tmp_path):
     """Names of classes outside of the list, and formulas that are no mathematics."""
     path = files.save(tmp_path / "run", fa.integrate(OWN, Z4, time=2.0, step=0.1))
     arrays, metadata = files.contents(path)
-    body = metadata["call"]["arguments"]["body"]
+    body = metadata["call"]["arguments"]["model"]
     code = ["__import__('os')", None, ["a"], ["x", "y"], "unit"]
     own = encoded(HenonHeiles(2.0))
     assert own == {"class": "HenonHeiles", "module": __name__, "k": 2.0}
     for forged in (own, {"class": "Path", "x": 1}, {"class": "eval"}, {**body, "formula": code}):
-        metadata["call"]["arguments"]["body"] = forged
+        metadata["call"]["arguments"]["model"] = forged
         np.savez(tmp_path / "forged.npz", **arrays, metadata=np.array(json.dumps(metadata)))
         with pytest.raises(ValueError, match=r"not the package's|text"):
             files.recipe(tmp_path / "forged.npz")
@@ -158,7 +158,7 @@ def test_data_of_arguments():
     assert encoded(fa.KAHAN_LI8) == {"scheme": "KAHAN_LI8"}
     with pytest.raises(TypeError):
         encoded(print)
-    assert fa.integrate(OWN, Z4, time=1.0, step=0.1, report=lambda done: None).call.missing == ()
+    assert fa.integrate(OWN, Z4, time=1.0, step=0.1, callback=lambda done: None).call.missing == ()
     assert isinstance(fa.integrate(OWN, Z4, time=1.0, step=0.1).call, Call)
 
 
@@ -180,7 +180,7 @@ def test_recipes_call_analyses_alone(tmp_path, monkeypatch):
     assert {"save", "load", "run", "resume", "rerun", "explore", "hamiltonian", "doctor"} & set(names) <= set(others)
     before = sorted(tmp_path.rglob("*"))
     for name in (*others, "is_recorded", "__import__", "os.system", "files", "Recipe", "", "recipe"):
-        arguments = {"path": "elsewhere/x", "result": {"scheme": "KAHAN_LI8"}, "out": "elsewhere/x", "force": True}
+        arguments = {"path": "elsewhere/x", "result": {"scheme": "KAHAN_LI8"}, "out": "elsewhere/x", "overwrite": True}
         metadata["call"] = {"function": name, "arguments": arguments, "missing": []}
         np.savez(tmp_path / "run.npz", **arrays, metadata=np.array(json.dumps(metadata)))
         with pytest.raises(ValueError, match="is no analysis of fastaff"):

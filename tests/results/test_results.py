@@ -35,7 +35,7 @@ MAKERS = {
     "EnergySample": lambda: fa.energy_sample(HH, **SURFACE, orbits=4),
     "SectionMap": lambda: fa.poincare_map(HH, made("EnergyGrid").z0, section=X, crossings=3, max_time=60.0, **FIXED),
     "Rotation": lambda: fa.rotation_number(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1)),
-    "Islands": lambda: fa.islands(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1), max_period=4),
+    "Islands": lambda: fa.islands(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1), max_islands=4),
     "FrequencyMap": lambda: fa.frequency_map(HH, battery.Z4, time=20.0, **FIXED),
     "Resonances": lambda: fa.resonances(RATIOS, max_order=4, names=("x", "y"), threads=1),
     "FrequencyLines": lambda: fa.naff(np.stack([battery.RING, 2 * battery.RING]), 0.1, lines=2, threads=1),
@@ -46,7 +46,7 @@ MAKERS = {
     "FoundCases": lambda: FoundCases.of(fa.chaotic_fraction(battery.own_case, ([0.8, 0.9, 1.0],), time=2.0, **FIXED)),
     "PeriodicOrbits": lambda: fa.periodic_orbits(HH, CLOSED, **SURFACE, max_time=20.0, step=0.1, threads=1),
     "Branch": lambda: fa.continuation(
-        HH, CLOSED[:, 0], **SURFACE, steps=2, max_time=20.0, length=1e-3, step=0.1, threads=1
+        HH, CLOSED[:, 0], **SURFACE, max_steps=2, max_time=20.0, ds=1e-3, step=0.1, threads=1
     ),
     "ActionAngles": lambda: fa.action_angles(fa.Body(fa.Hyperelastic()), battery.Z8, threads=1),
     "EnergyOfActions": lambda: fa.energy_of_actions(battery.HARMONIC, np.array([[0.5, 1.0]] * 4), threads=1),
@@ -91,7 +91,7 @@ def part_of(result, index):
     count = len(result)
     for name in [field.name for field in dataclasses.fields(result)]:
         value = getattr(result, name)
-        if isinstance(value, np.ndarray) and count in value.shape and name not in ("times", "forbidden"):
+        if isinstance(value, np.ndarray) and count in value.shape and name not in ("times", "inaccessible"):
             axis = 0 if isinstance(result, fa.frequencies.FrequencyLines) else -1
             assert value.shape[axis] == count, name
             found[name] = np.take(value, np.arange(count)[index], axis=axis)
@@ -188,7 +188,7 @@ def test_replaced_items(name):
 def test_results_of_other_settings_do_not_join():
     cut = made("SectionMap")
     options = {"crossings": 3, "max_time": 60.0, "scheme": cut.scheme}
-    other = fa.poincare_map(HH, made("EnergyGrid").z0, section=fa.Linear((1, 0, 0, 0), 0.1), **options)
+    other = fa.poincare_map(HH, made("EnergyGrid").z0, section=fa.Hyperplane((1, 0, 0, 0), 0.1), **options)
     with pytest.raises(ValueError, match="parts must have the same section"):
         fa.sections.SectionMap.concat([cut, other])
     with pytest.raises(ValueError, match="parts must all have time_error"):
@@ -274,7 +274,7 @@ def test_rows_by_name():
     np.testing.assert_array_equal(tori["J_phi"], tori.J[2])
     np.testing.assert_array_equal(tori["h_vartheta"], tori.constants[1])
     np.testing.assert_array_equal(chaos["megno"], chaos.megno)
-    np.testing.assert_array_equal(chaos["limits_sali"], chaos.limits[1])
+    np.testing.assert_array_equal(chaos["thresholds_sali"], chaos.thresholds[1])
     np.testing.assert_array_equal(made("EnergySample")["p_y"], made("EnergySample").points[1])
     grid = made("EnergyGrid")
     np.testing.assert_array_equal(grid["p_y"], grid.z0[3])
@@ -353,7 +353,7 @@ RETURNED = [name for name in battery.CALLS if "." not in name and name not in ba
 def test_files_of_everything_that_functions_return(name, tmp_path):
     """Quantum results too; what is no result is refused."""
     result = battery.CALLS[name][0](**battery.base(name))
-    if not callable(result) and name != "one_variable":  # which takes the place of the function of that name
+    if not callable(result) and name != "univariate":  # which takes the place of the function of that name
         through = pickle.loads(pickle.dumps(result))  # as pools of processes hand it over
         assert repr(through) == repr(result)
         if isinstance(result, (Result, tuple, np.ndarray)):
@@ -403,11 +403,11 @@ def test_what_a_file_cannot_hold_is_to_be_given(tmp_path):
         files.load(path)
     assert files.load(path, section=mine).section is mine
     same(files.load(path, section=mine), cut)
-    fit = dataclasses.replace(made("TorusFit"), body=OneSpring(2.0))
+    fit = dataclasses.replace(made("TorusFit"), model=OneSpring(2.0))
     path = fit.save(tmp_path / "fit")
     with pytest.raises(ValueError, match="give body"):
         files.load(path)
-    same(files.load(path, body=fit.body), fit)
+    same(files.load(path, model=fit.model), fit)
 
 
 def test_metadata_and_arrays_can_be_read_as_they_are(tmp_path):
@@ -523,7 +523,7 @@ def test_labels_units_and_provenance():
     assert found["data_vars"]["nu"]["dims"] == ("angle", "orbit")
     assert found["data_vars"]["nu"]["attrs"] == {"units": "cycles/time"}
     assert found["coords"]["angle"]["data"] == list(made("FrequencyMap").names)
-    assert found["attrs"]["call"].startswith("frequency_map(body=")
+    assert found["attrs"]["call"].startswith("frequency_map(model=")
     assert found["attrs"]["scheme"] == "KAHAN_LI8"
     assert made("SectionMap").to_dict()["data_vars"]["points"]["dims"] == ("coordinate", "crossing", "orbit")
 
@@ -594,14 +594,14 @@ def test_a_torus_fit_is_undecided(monkeypatch, calls):
     raising(monkeypatch, "fastaff.tori.orbit_samples", "_path", calls)
     partial = interrupted(fa.fit_torus, HH, battery.Z4[:, 0], time=60.0, step=0.1)
     assert isinstance(partial, fa.tori.TorusFit)
-    assert partial.verdict is fa.tori.Verdict.UNDECIDED
+    assert partial.classification is fa.Classification.UNDECIDED
     assert partial.evidence["status"] == Status.INTERRUPTED
     assert "stopped before its end" in partial.summary()
 
 
 def test_a_torus_fit_says_how_far_it_is():
     fractions = []
-    found = fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1, report=fractions.append)
+    found = fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1, callback=fractions.append)
     assert (np.diff(fractions) >= 0).all()
     assert (len(fractions) > 4, fractions[-1]) == (True, 1.0)
     same(found, fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1))
@@ -612,7 +612,7 @@ def test_a_spectrum_keeps_the_levels_of_the_last_basis(monkeypatch, bases):
     """Of a body that does not separate: what is kept has an error estimate, and lies within it of the end."""
     body, module = fa.Body(fa.NeoHookean()), "fastaff.quantum.solvers.nonseparable"
     fractions = []
-    whole = fa.quantum.spectrum(body, m=0, l=0, count=4, tolerance=1e-13, report=fractions.append)
+    whole = fa.quantum.spectrum(body, m=0, l=0, count=4, tolerance=1e-13, callback=fractions.append)
     assert fractions[-1] == 1.0
     assert len(fractions) > 3
     assert np.all(np.diff(fractions) >= 0)
@@ -633,7 +633,14 @@ def test_a_spectrum_keeps_the_levels_of_the_last_basis(monkeypatch, bases):
 def test_a_search_keeps_the_orbits_found(monkeypatch, calls):
     raising(monkeypatch, "fastaff.periodic.periodic_orbits", "section_returns", calls)
     partial = interrupted(
-        fa.find_periodic_orbits, HH, made("EnergyGrid").z0, **SURFACE, max_period=2, most=4, step=0.1, max_time=100.0
+        fa.find_periodic_orbits,
+        HH,
+        made("EnergyGrid").z0,
+        **SURFACE,
+        max_crossings=2,
+        max_guesses=4,
+        step=0.1,
+        max_time=100.0,
     )
     assert isinstance(partial, fa.periodic.PeriodicOrbits)
     assert (partial.status == Status.OK).all()
@@ -643,7 +650,7 @@ def test_a_search_keeps_the_orbits_found(monkeypatch, calls):
 
 def test_a_search_that_is_stopped_at_its_map_has_found_none(monkeypatch):
     raising(monkeypatch, "fastaff.sections.crossing_run", "follow_crossings", 0)
-    partial = interrupted(fa.find_periodic_orbits, HH, made("EnergyGrid").z0, **SURFACE, max_period=1, step=0.1)
+    partial = interrupted(fa.find_periodic_orbits, HH, made("EnergyGrid").z0, **SURFACE, max_crossings=1, step=0.1)
     assert isinstance(partial, fa.periodic.PeriodicOrbits)
     assert len(partial) == 0
 
@@ -651,15 +658,15 @@ def test_a_search_that_is_stopped_at_its_map_has_found_none(monkeypatch):
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.9])
 def test_a_branch_ends_where_it_was_stopped(monkeypatch, share):
     module = "fastaff.periodic.return_map"
-    run = {**SURFACE, "max_time": 20.0, "length": 1e-3, "step": 0.1, "threads": 1}
+    run = {**SURFACE, "max_time": 20.0, "ds": 1e-3, "step": 0.1, "threads": 1}
     calls = raising(monkeypatch, module, "follow_crossings", np.inf)
-    whole = fa.continuation(HH, CLOSED[:, 0], steps=4, **run)
+    whole = fa.continuation(HH, CLOSED[:, 0], max_steps=4, **run)
     monkeypatch.undo()
     raising(monkeypatch, module, "follow_crossings", share * calls[0])
-    partial = interrupted(fa.continuation, HH, CLOSED[:, 0], steps=4, **run)
+    partial = interrupted(fa.continuation, HH, CLOSED[:, 0], max_steps=4, **run)
     assert isinstance(partial, fa.periodic.Branch)
     assert partial.status == Status.INTERRUPTED
     count = len(partial)
     assert count < len(whole) if share < 0.5 else 0 < count <= len(whole)
-    np.testing.assert_array_equal(partial.value, whole.value[:count])
+    np.testing.assert_array_equal(partial.parameter, whole.parameter[:count])
     np.testing.assert_array_equal(partial.orbits.z, whole.orbits.z[:, :count])

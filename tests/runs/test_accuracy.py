@@ -140,7 +140,7 @@ def test_slowed_orbits_lose_what_they_should():
         flow = plan(system, z0[:, orbits], Options(step=0.25)).flow.sized(np.full(len(orbits), 0.25))
         each = np.ones(len(orbits))
         wear = Damping(share[orbits], 100.0 * each, 2.0 * each)
-        return flow.damped(flow.ensemble(z0[:, orbits].copy()), 5, wear, time=500.0, report=None)[0]
+        return flow.damped(flow.ensemble(z0[:, orbits].copy()), 5, wear, time=500.0, callback=None)[0]
 
     states, t = slowed(np.arange(21)), 100.0 * np.arange(1, 6)[:, None]
     energy = (states**2).sum(axis=1) / (z0**2).sum(axis=0)
@@ -245,7 +245,7 @@ def chaotic(which):
     """A model with chaotic orbits, its force (t, *q) in the arithmetic of q, and the start of 400 of them."""
     rng = np.random.default_rng(7)
     if which == "Henon-Heiles":
-        section = fa.Linear((1, 0, 0, 0))
+        section = fa.Hyperplane((1, 0, 0, 0))
         axes = (np.linspace(-0.4, 0.8, 40), np.linspace(-0.5, 0.5, 40))
         grid = fa.energy_grid(HH, energy=1 / 6.2, section=section, axes=axes).z0
         z0 = grid[:, rng.choice(grid.shape[1], 400, replace=False)]
@@ -324,8 +324,10 @@ def test_a_fast_orbit_among_slow_ones():
         assert np.array_equal(alone.error[:, 0], run.error[:, i])
         assert alone.step[0] == run.step[i]
     some = rng.permutation(61)[:23]
-    part = fa.poincare_map(system, z0[:, some], section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=5, max_time=2000.0)
-    whole = fa.poincare_map(system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=5, max_time=2000.0)
+    part = fa.poincare_map(
+        system, z0[:, some], section=fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), crossings=5, max_time=2000.0
+    )
+    whole = fa.poincare_map(system, z0, section=fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), crossings=5, max_time=2000.0)
     assert np.array_equal(part.times, whole.times[:, some], equal_nan=True)
     assert np.array_equal(part.time_error, whole.time_error[:, some], equal_nan=True)
 
@@ -350,7 +352,7 @@ def test_errors_of_crossings_cover_the_truth(accuracy):
     system = shared_systems.oscillators(*w**2)
     z0 = rng.normal(size=(4, 100))
     cut = fa.poincare_map(
-        system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=40, max_time=2000.0, accuracy=accuracy
+        system, z0, section=fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), crossings=40, max_time=2000.0, accuracy=accuracy
     )
     first = (-np.arctan2(z0[0], z0[2] / w[0]) % (2 * np.pi)) / w[0]
     true = np.abs(cut.times - (first + 2 * np.pi / w[0] * np.arange(40)[:, None]))
@@ -366,7 +368,7 @@ def test_crossings_next_to_a_separatrix(accuracy):
     x0 = np.pi - d
     with mpmath.workdps(30):
         quarter = np.array([float(mpmath.ellipk(mpmath.sin(mpmath.mpf(x) / 2) ** 2)) for x in x0])
-    system, section = pendulum_and_oscillator(1.3), fa.Linear((1.0, 0.0, 0.0, 0.0))
+    system, section = pendulum_and_oscillator(1.3), fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
     z0 = np.array([x0, y0, 0 * x0, 0 * x0])
     cut = fa.poincare_map(system, z0, section=section, crossings=8, max_time=1000.0, accuracy=accuracy)
     covered(np.abs(cut.times - quarter * (3 + 4 * np.arange(8)[:, None])), cut.time_error)
@@ -412,7 +414,7 @@ def henon_heiles_crossings(z0, time, h=0.25, order=24):
 )
 def test_crossings_of_one_orbit_over_long_times(z0):
     truth = henon_heiles_crossings(z0, 2000.0)
-    cut = fa.poincare_map(HH, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=1000, max_time=2000.0)
+    cut = fa.poincare_map(HH, z0, section=fa.Hyperplane((1.0, 0.0, 0.0, 0.0)), crossings=1000, max_time=2000.0)
     assert cut.counts[0] == len(truth)
     true = np.abs(cut.times[: len(truth), 0] - truth)
     assert (true[truth <= cut.accurate_until[0]] < 1e-10).all()
@@ -444,7 +446,7 @@ def test_an_answer_with_an_error_costs_few_plain_runs(which, monkeypatch):
             size=(8, 128)
         )
     else:
-        body, section, (_, _, z0) = HH, fa.Linear((1, 0, 0, 0)), chaotic("Henon-Heiles")
+        body, section, (_, _, z0) = HH, fa.Hyperplane((1, 0, 0, 0)), chaotic("Henon-Heiles")
     made, own = [], poincare_module.crossed
 
     def counted(*asked, **more):
@@ -470,7 +472,7 @@ def test_a_run_beside_another_ends_where_they_have_parted_and_changes_nothing(mo
         return part, reached
 
     monkeypatch.setattr(poincare_module, "crossed", counted)
-    run = {"section": fa.Linear((1, 0, 0, 0)), "crossings": 120, "max_time": 1500.0, "accuracy": 1e-8}
+    run = {"section": fa.Hyperplane((1, 0, 0, 0)), "crossings": 120, "max_time": 1500.0, "accuracy": 1e-8}
     cut, short = fa.poincare_map(HH, z0[:, ::4], **run), sum(taken)
     taken.clear()
     monkeypatch.setattr(poincare_module, "PARTED", np.inf)
@@ -552,7 +554,11 @@ def test_the_rounding_of_the_step_is_an_error(time):
     [
         (fa.HenonHeiles(), np.zeros(4), "x=0"),
         (fa.Body(fa.NeoHookean()), np.array([1.5, 0, 0.3, 0, 0, 0, 0, 0]), fa.AlphaTurning()),
-        (fa.hamiltonian("-cos(x) - f*x*cos(t)", coordinates="x", f=0.3, period="2*pi"), np.zeros(2), Stroboscopic()),
+        (
+            fa.hamiltonian("-cos(x) - f*x*cos(t)", coordinates="x", f=0.3, drive_period="2*pi"),
+            np.zeros(2),
+            Stroboscopic(),
+        ),
     ],
     ids=["Hénon-Heiles", "neo-Hookean", "driven"],
 )

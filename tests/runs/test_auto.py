@@ -13,7 +13,7 @@ from fastaff import (
     Body,
     HenonHeiles,
     Hyperelastic,
-    Linear,
+    Hyperplane,
     NeoHookean,
     Status,
     TimeTransformed,
@@ -45,7 +45,7 @@ def trial(scheme, error, cost):
     ],
 )
 def test_the_default_follows_the_accuracy(options, scheme):
-    z0, section = SMOOTH[:, :2], Linear((1.0, 0.0, 0.0, 0.0))
+    z0, section = SMOOTH[:, :2], Hyperplane((1.0, 0.0, 0.0, 0.0))
     assert integrate(HenonHeiles(), z0, time=5.0, **options).scheme == scheme
     assert poincare_map(HenonHeiles(), z0, section=section, crossings=2, max_time=30.0, **options).scheme == scheme
     assert frequency_map(HenonHeiles(), z0, time=40.0, **options).scheme == scheme

@@ -13,10 +13,10 @@ from scipy.special import mathieu_a, mathieu_b
 from shared_systems import duffing
 
 import fastaff as fa
-from fastaff.jobs.analyses import Frequencies, Poincare
+from fastaff.jobs.analyses import FrequencyOptions, PoincareOptions
 from fastaff.jobs.job import Job
-from fastaff.jobs.launch import Starts
-from fastaff.jobs.system import Model, Surface, described
+from fastaff.jobs.launch import InitialConditions
+from fastaff.jobs.system import EnergySurface, Model, described
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8 as BCE8
 from fastaff.systems.models.mechanics import system_of
 from fastaff.systems.models.sections import Stroboscopic
@@ -27,12 +27,12 @@ SPLITTINGS = [fa.LEAPFROG, fa.YOSHIDA4, fa.BLANES_MOAN6, fa.KAHAN_LI8]
 def mathieu(delta, eps):
     """x'' + (delta - 2 eps cos 2t) x = 0."""
     return fa.hamiltonian(
-        "x**2/2*(delta - 2*eps*cos(2*t))", coordinates="x", period="pi", delta=float(delta), eps=float(eps)
+        "x**2/2*(delta - 2*eps*cos(2*t))", coordinates="x", drive_period="pi", delta=float(delta), eps=float(eps)
     )
 
 
 def pendulum(a=0.05, w=1.5):
-    return fa.hamiltonian("-cos(x) - a*cos(x - w*t)", coordinates="x", period="2*pi/w", a=a, w=w)
+    return fa.hamiltonian("-cos(x) - a*cos(x - w*t)", coordinates="x", drive_period="2*pi/w", a=a, w=w)
 
 
 def two_waves():
@@ -40,7 +40,7 @@ def two_waves():
         "k/2*x**2 + y**2/2 + c*x**2*y + a*x*sin(w*t) - b*y**2*cos(2*w*t)",
         coordinates="x y",
         masses=(1.3, 0.8),
-        period="2*pi/w",
+        drive_period="2*pi/w",
         k=1.7,
         c=0.1,
         a=0.05,
@@ -237,7 +237,7 @@ def test_nothing_depends_on_units():
     z = np.array([np.linspace(0.8, 4.5, 12), np.zeros(12)])
     first = fa.chaos_map(own, z, time=300.0, indicators="megno,spectrum")
     second = fa.chaos_map(scaled, z * units[[0, 2]], time=300.0 * duration, indicators="megno,spectrum")
-    assert np.array_equal(first.verdict, second.verdict)
+    assert np.array_equal(first.classification, second.classification)
     regular = first.regular
     assert regular.sum() >= 2
     assert np.allclose(first.megno[regular], second.megno[regular], rtol=1e-3)
@@ -267,16 +267,16 @@ def test_exponents_of_an_unstable_mathieu_zone_and_escape():
     assert (few.points[[0, 2], :, 1] == 0).all()
 
 
-def test_verdicts():
+def test_classifications():
     stable = fa.chaos_map(mathieu(1.3, 0.2), np.random.default_rng(1).normal(size=(2, 20)), time=1000.0)
-    assert (stable.verdict == 0).all()
+    assert (stable.classification == 0).all()
     rows = np.array([*np.linspace(0.1, 1.6, 16), 1.95, 2.0, 2.05])
     found = fa.chaos_map(pendulum(), np.array([0 * rows, rows]), time=2000.0, indicators="megno,sali,gali_2,spectrum")
     assert found.regular[:16].all()
     assert found.chaotic[16:].all()
     # Every indicator that decides says the same.
-    decided = found.verdicts != 2
-    assert (found.verdicts == found.verdict)[decided & (found.verdict != 2)].all()
+    decided = found.classifications != 2
+    assert (found.classifications == found.classification)[decided & (found.classification != 2)].all()
     assert found.spectrum.shape == (2, 19)
 
 
@@ -314,7 +314,7 @@ def test_periodic_orbits_of_the_stroboscopic_map():
     model, a, w = duffing(), 0.3, 1.2
     found = fa.periodic_orbits(model, [[0.1, -0.2, 2.0], [0.0, 0.0, 0.0]], section="t=0")
     assert (found.status == fa.Status.OK).all()
-    assert np.allclose(found.time, model.period, rtol=1e-15)
+    assert np.allclose(found.period, model.period, rtol=1e-15)
     assert np.abs(found.z[1]).max() < 1e-15
     for k in range(3):
         own = found.z[[0, 2], k]
@@ -341,13 +341,13 @@ def test_periodic_orbits_of_the_stroboscopic_map():
 def test_all_periodic_orbits_of_a_bounded_map_have_the_index_of_the_plane():
     model = duffing()
     grid = np.array(np.meshgrid(np.linspace(-2, 2.2, 7), np.linspace(-1.5, 1.5, 7))).reshape(2, -1)
-    found = fa.find_periodic_orbits(model, grid, section="t=0", max_period=2)
-    first = found.period == 1
+    found = fa.find_periodic_orbits(model, grid, section="t=0", max_crossings=2)
+    first = found.crossings == 1
     # Infinity is a centre: fixed points with R > 0 are one more than those with R < 0.
     assert (found.residue[first] > 0).sum() - (found.residue[first] < 0).sum() == 1
-    assert (found.prime == found.period).all()
+    assert (found.minimal_crossings == found.crossings).all()
     # x -> -x half a period later is a symmetry: orbits that are not their own image come in pairs.
-    again = fa.periodic_orbits(model, found.z[:, ~first], section="t=0", period=2)
+    again = fa.periodic_orbits(model, found.z[:, ~first], section="t=0", crossings=2)
     assert np.allclose(again.z[[0, 2]], found.z[[0, 2]][:, ~first], atol=1e-9)
 
 
@@ -355,13 +355,13 @@ def test_doubling_of_a_fixed_point_at_rest_is_where_mathieus_equation_has_it():
     w = 1.7
 
     def make(a):
-        return fa.hamiltonian("-(1 + a*cos(w*t))*cos(x)", coordinates="x", period="2*pi/w", a=a, w=w)
+        return fa.hamiltonian("-(1 + a*cos(w*t))*cos(x)", coordinates="x", drive_period="2*pi/w", a=a, w=w)
 
-    branch = fa.continuation(make, [0.0, 0.0], section="t=0", parameter=0.55, bounds=(0.5, 0.62), longest=0.5)
+    branch = fa.continuation(make, [0.0, 0.0], section="t=0", parameter=0.55, bounds=(0.5, 0.62), ds_max=0.5)
     exact = brentq(lambda a: mathieu_a(1, 2 * a / w**2) - 4 / w**2, 0.5, 0.7, xtol=1e-15)
-    assert [event.event.name for event in branch.bifurcations] == ["DOUBLING"]
-    assert abs(branch.bifurcations[0].value - exact) < 1e-8
-    assert abs(branch.bifurcations[0].value - exact) < 10 * branch.bifurcations[0].error + 1e-11
+    assert [event.event.name for event in branch.bifurcations] == ["PERIOD_DOUBLING"]
+    assert abs(branch.bifurcations[0].parameter - exact) < 1e-8
+    assert abs(branch.bifurcations[0].parameter - exact) < 10 * branch.bifurcations[0].error + 1e-11
     assert np.abs(branch.orbits.z[[0, 2]]).max() < 1e-12
 
 
@@ -369,68 +369,80 @@ def test_a_family_in_the_frequency_of_its_drive():
     def make(w):
         return duffing(0.1, w)
 
-    branch = fa.continuation(make, [1.0, 0.0], section="t=0", parameter=1.9, bounds=(1.8, 2.0), steps=8)
-    assert np.allclose(branch.orbits.time, 2 * np.pi / branch.value, rtol=1e-12)
-    alone = fa.periodic_orbits(make(float(branch.value[-1])), branch.orbits.z[:, -1], section="t=0")
+    branch = fa.continuation(make, [1.0, 0.0], section="t=0", parameter=1.9, bounds=(1.8, 2.0), max_steps=8)
+    assert np.allclose(branch.orbits.period, 2 * np.pi / branch.parameter, rtol=1e-12)
+    alone = fa.periodic_orbits(make(float(branch.parameter[-1])), branch.orbits.z[:, -1], section="t=0")
     assert np.allclose(alone.z[[0, 2], 0], branch.orbits.z[[0, 2], -1], atol=1e-11)
 
 
 def test_given_tangent_vectors_are_those_of_coordinates_and_momenta():
     model, z0 = duffing(), np.array([[0.1, 1.6], [0.2, 0.0]])
-    given = fa.chaos_map(model, z0, time=200.0, indicators="spectrum", deviations=np.eye(2))
+    given = fa.chaos_map(model, z0, time=200.0, indicators="spectrum", deviation_vectors=np.eye(2))
     other = fa.chaos_map(model, z0, time=200.0, indicators="spectrum")
     assert given.spectrum.shape == (2, 2)
     assert np.allclose(given.spectrum.sum(axis=0), 0, atol=1e-12)
     assert np.allclose(given.spectrum[0], other.spectrum[0], atol=0.06)
-    with pytest.raises(ValueError, match="deviations must have shape"):
-        fa.chaos_map(model, z0, time=200.0, deviations=np.eye(4))
+    with pytest.raises(ValueError, match="deviation_vectors must have shape"):
+        fa.chaos_map(model, z0, time=200.0, deviation_vectors=np.eye(4))
 
 
 def test_a_job_from_options(tmp_path):
-    """As the commands have it: --hamiltonian, --period, --file with rows x and p_x."""
+    """As the commands have it: --hamiltonian, --drive-period, --file with rows x and p_x."""
     z0 = np.array([np.zeros(5), np.linspace(0.2, 1.4, 5)])
     np.save(tmp_path / "z0.npy", z0)
     options = Model(
-        hamiltonian="-cos(x) - a*cos(x - w*t)", coordinates="x", period="2*pi/w", parameter=["a=0.05", "w=1.5"]
+        hamiltonian="-cos(x) - a*cos(x - w*t)", coordinates="x", drive_period="2*pi/w", parameter=["a=0.05", "w=1.5"]
     )
     assert options.build() == pendulum()
     assert described(system_of(pendulum())).build() == pendulum()
-    number = fa.hamiltonian("x**2/2*(1 + a*cos(t))", coordinates="x", period=2 * np.pi, a=0.1)
+    number = fa.hamiltonian("x**2/2*(1 + a*cos(t))", coordinates="x", drive_period=2 * np.pi, a=0.1)
     assert described(system_of(number)).build() == number
     job = Job(
         model=options,
-        surface=Surface(section="t=0"),
-        starts=Starts(file=str(tmp_path / "z0.npy")),
-        poincare=Poincare(crossings=20),
-        frequency_map=Frequencies(periods=100.0),
+        energy_surface=EnergySurface(section="t=0"),
+        initial_conditions=InitialConditions(file=str(tmp_path / "z0.npy")),
+        poincare=PoincareOptions(crossings=20),
+        frequency_map=FrequencyOptions(returns=100.0),
     )
     done = fa.run(job)
     section = fa.poincare_map(pendulum(), z0, section="t=0", crossings=20)
     assert np.array_equal(done["poincare"].points, section.points)
     assert done["frequency_map"].time == pytest.approx(100 * pendulum().period)
     with pytest.raises(ValueError, match="period belongs to hamiltonian"):
-        Model(formula="alpha**2", period="2*pi").build()
+        Model(formula="alpha**2", drive_period="2*pi").build()
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x"), "the time of a driven system, which needs a period"),
-        (lambda: fa.formula("alpha**2*cos(t)"), "hamiltonian(..., period=6.28)"),
-        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", period=6.0), "period must be one of the potential's"),
-        (lambda: fa.hamiltonian("x**2*cos(w*t)", coordinates="x", period="pi/w", w=1.3), "period must be one"),
-        (lambda: fa.hamiltonian("x**2", coordinates="x", period=6.0), "does not depend on the time"),
-        (lambda: fa.hamiltonian("x**2*t", coordinates="x", period=1.0), "period must be one of the potential's"),
-        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", period=-1.0), "period must be positive"),
-        (lambda: fa.hamiltonian("x**2*cos(w*t)", coordinates="x", period="-2*pi/w", w=1.0), "period must be positive"),
-        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", period="2*pi/v"), "unknown name 'v'"),
-        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x t", period=1.0), "coordinates must not have t"),
-        (lambda: fa.hamiltonian("x*cos(t)", coordinates="x", period="2*pi", t=1.0), "taken"),
+        (lambda: fa.affine_body("alpha**2*cos(t)"), "hamiltonian(..., drive_period=6.28)"),
+        (
+            lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", drive_period=6.0),
+            "drive_period must be one of the potential's",
+        ),
+        (
+            lambda: fa.hamiltonian("x**2*cos(w*t)", coordinates="x", drive_period="pi/w", w=1.3),
+            "drive_period must be one",
+        ),
+        (lambda: fa.hamiltonian("x**2", coordinates="x", drive_period=6.0), "does not depend on the time"),
+        (
+            lambda: fa.hamiltonian("x**2*t", coordinates="x", drive_period=1.0),
+            "drive_period must be one of the potential's",
+        ),
+        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", drive_period=-1.0), "drive_period must be positive"),
+        (
+            lambda: fa.hamiltonian("x**2*cos(w*t)", coordinates="x", drive_period="-2*pi/w", w=1.0),
+            "drive_period must be positive",
+        ),
+        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", drive_period="2*pi/v"), "unknown name 'v'"),
+        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x t", drive_period=1.0), "coordinates must not have t"),
+        (lambda: fa.hamiltonian("x*cos(t)", coordinates="x", drive_period="2*pi", t=1.0), "taken"),
         (lambda: fa.poincare_map(duffing(), [0, 1], section="t=0", crossings=3, max_time=9.0), "max_time"),
         (lambda: fa.poincare_map(duffing(), [0, 1], section="x=0", crossings=3), "max_time must be given"),
         (lambda: fa.poincare_map(fa.HenonHeiles(), [0, 0.1, 0.3, 0], section=Stroboscopic(), crossings=3), "driven"),
         (
-            lambda: fa.poincare_map(duffing(), [0, 1], section=fa.Linear((0, 1, 0, 0)), crossings=3, max_time=1.0),
+            lambda: fa.poincare_map(duffing(), [0, 1], section=fa.Hyperplane((0, 1, 0, 0)), crossings=3, max_time=1.0),
             "must not depend on its time",
         ),
         (lambda: fa.poincare_map(duffing(), [0, 1], section="y=0", crossings=3), "section"),
@@ -443,7 +455,7 @@ def test_a_job_from_options(tmp_path):
         (lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", energy=1.0), "energy must be left out"),
         (lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", max_time=1.0), "max_time must be left out"),
         (lambda: fa.continuation(duffing(), [0, 1], section="t=0"), "parameter must be given"),
-        (lambda: fa.hamiltonian("x*cos(t)", coordinates="x y", period="2*pi", rotation=1.0), "does not go with"),
+        (lambda: fa.hamiltonian("x*cos(t)", coordinates="x y", drive_period="2*pi", rotation=1.0), "does not go with"),
         (lambda: fa.explore(duffing(), energy=1.0), "energy does not go with a driven system"),
     ],
 )
@@ -459,12 +471,12 @@ def test_a_parameter_or_coordinate_may_be_named_t():
 
 
 def test_a_model_is_a_value():
-    model = fa.hamiltonian("x**2/2*(1 + a*cos(t))", coordinates="x", period=2 * np.pi, a=0.1)
+    model = fa.hamiltonian("x**2/2*(1 + a*cos(t))", coordinates="x", drive_period=2 * np.pi, a=0.1)
     assert model.period == 2 * np.pi
     assert pickle.loads(pickle.dumps(model)) == model
     assert pickle.loads(pickle.dumps(duffing())) == duffing()
     assert duffing(w=2.0).period == np.pi
-    assert "period='2*pi/w'" in repr(duffing())
+    assert "drive_period='2*pi/w'" in repr(duffing())
     found = fa.poincare_map(model, [0.1, 0.2], section="t=0", crossings=2)
     assert dataclasses.replace(found).names == ("x", "t", "p_x", "p_t")
 

@@ -19,9 +19,9 @@ def test_a_pulled_sheet_moves_as_its_stored_energy_says(law):
     """Slopes of V by complex steps of the body's own energy, the drive and the damping beside them."""
     rng = np.random.default_rng(7)
     mu, f, g, w = rng.uniform(0.5, 2.0, 4)
-    body = fa.formula(law, mu=mu, **LAWS[law])
+    body = fa.affine_body(law, mu=mu, **LAWS[law])
     drawn = {"D1": "f*cos(w*t) - g*p_D1", "D2": "-g*p_D2 + f*sin(t*w)"}
-    sheet = fa.flow(body, forces=drawn, f=f, g=g, w=w)
+    sheet = fa.ode(body, forces=drawn, f=f, g=g, w=w)
     assert sheet.coordinates == ("D1", "D2", "p_D1", "p_D2", "cosine", "sine")
     D, p = rng.uniform(0.7, 1.4, (2, 20)), rng.normal(size=(2, 20))
     phase = rng.uniform(0, 2 * np.pi, 20)
@@ -43,7 +43,7 @@ def test_a_linear_oscillator_swings_as_its_closed_form(scaled):
     masses = {"masses": [m]} if scaled else {}
     m = m if scaled else 1.0
     spring = fa.hamiltonian("k*x**2/2", coordinates="x", k=k, **masses)
-    pulled = fa.flow(spring, forces={"x": "f*cos(w*t) - g*p_x"}, f=f, g=g, w=w)
+    pulled = fa.ode(spring, forces={"x": "f*cos(w*t) - g*p_x"}, f=f, g=g, w=w)
     far = 60 / (g / min(m, 1.0)) + 100
     x, p, c, s = fa.integrate(pulled, [0.3, 0.1, 1.0, 0.0], time=far, rtol=1e-12, atol=1e-12).z[:, 0]
     swing = f / (k - m * w**2 + 1j * g * m * w)
@@ -58,7 +58,7 @@ def test_bodies_of_named_potentials_are_pulled_by_their_own_energy(potential):
     potential = potential(*rng.uniform(0.5, 2.0, len(potential._fields)))
     mu, g = rng.uniform(0.5, 2.0, 2)
     body = fa.Body(potential, mu=mu)
-    free, damped = fa.flow(body), fa.flow(body, forces={"D2": "-damp*p_D2"}, damp=g)
+    free, damped = fa.ode(body), fa.ode(body, forces={"D2": "-damp*p_D2"}, damp=g)
     assert free.coordinates == ("D1", "D2", "p_D1", "p_D2")
     (x, y), p = rng.uniform(0.7, 1.4, (2, 20)), rng.normal(size=(2, 20))
 
@@ -71,7 +71,7 @@ def test_bodies_of_named_potentials_are_pulled_by_their_own_energy(potential):
     np.testing.assert_allclose(np.broadcast_arrays(*free.rates(x, y, *p)), [*p / mu, *forces], rtol=1e-11, atol=1e-11)
     changed = np.subtract(damped.rates(x, y, *p), free.rates(x, y, *p))
     np.testing.assert_allclose(changed, [0 * x, 0 * x, 0 * x, -g * p[1]], atol=1e-11)
-    text = fa.formula(BUILT_IN[type(potential)].formula, **potential._asdict())
+    text = fa.affine_body(BUILT_IN[type(potential)].formula, **potential._asdict())
     np.testing.assert_allclose(text.potential.value(A, B), potential.value(A, B), rtol=1e-12, atol=1e-12)
     x, y = rng.normal(size=(2, 50))
     inside = [free.margin(*z, 0.1, 0.2) > 0 for z in zip(x, y)]
@@ -85,47 +85,47 @@ def test_any_hamiltonian_may_be_pulled_and_without_forces_it_is_its_own():
     torus = fa.hamiltonian("p**2/2 + L**2/(2*(R + cos(q))**2)", coordinates="q phi", momenta="p L", R=2.2)
     charge = fa.hamiltonian("x**2 + y**2", masses=(2.0, 3.0), vector_potential={"x": "-y*x", "y": "x*y"})
     double = fa.models.DoublePendulum(*map(float, rng.uniform(0.5, 2.0, 5)))
-    assert fa.flow(double).periods() == (2 * np.pi, 2 * np.pi, 0.0, 0.0)
+    assert fa.ode(double).periods() == (2 * np.pi, 2 * np.pi, 0.0, 0.0)
     henon = fa.HenonHeiles(lam=rng.uniform(0.5, 2.0))
     for model in (sphere, torus, charge, double, henon):
         z = rng.uniform(0.5, 1.5, (4, 12))
         name, momentum = model.coordinates[0], getattr(model, "momenta", ["p_x"])[0]
-        free, damped = fa.flow(model), fa.flow(model, forces={name: f"-damp*{momentum}"}, damp=0.3)
+        free, damped = fa.ode(model), fa.ode(model, forces={name: f"-damp*{momentum}"}, damp=0.3)
         own = np.broadcast_arrays(*(model.rates(*z) if hasattr(model, "rates") else (*z[2:], *model.force(*z[:2]))))
         np.testing.assert_allclose(np.broadcast_arrays(*free.rates(*z)), own, rtol=1e-10, atol=1e-12)
         own = np.array(own)
         own[2] -= 0.3 * z[2]
         np.testing.assert_allclose(np.broadcast_arrays(*damped.rates(*z)), own, rtol=1e-10, atol=1e-12)
-    assert fa.flow(fa.hamiltonian("x**2 - log(x)", coordinates="x", domain="x")).domain == "x"
+    assert fa.ode(fa.hamiltonian("x**2 - log(x)", coordinates="x", domain="x")).domain == "x"
 
 
-GENT = fa.formula("gent", **LAWS["gent"])
+GENT = fa.affine_body("gent", **LAWS["gent"])
 
 
 @pytest.mark.parametrize(
     ("make", "error", "said"),
     [
-        (lambda: fa.flow(GENT, forces={"x": "f"}, f=1.0), ValueError, "forces must be of D1, D2, as {'D1': 'f"),
-        (lambda: fa.flow(GENT, forces="f*cos(w*t)"), TypeError, "forces must be formulas by coordinate"),
+        (lambda: fa.ode(GENT, forces={"x": "f"}, f=1.0), ValueError, "forces must be of D1, D2, as {'D1': 'f"),
+        (lambda: fa.ode(GENT, forces="f*cos(w*t)"), TypeError, "forces must be formulas by coordinate"),
         (
-            lambda: fa.flow(GENT, forces={"D1": "cos(w*t + 1)"}, w=1.0),
+            lambda: fa.ode(GENT, forces={"D1": "cos(w*t + 1)"}, w=1.0),
             ValueError,
             r"forces\['D1'\] may have the time as",
         ),
-        (lambda: fa.flow(GENT, forces={"D1": "cos(t) + cos(w*t)"}, w=1.0), ValueError, "of one rate w"),
-        (lambda: fa.flow(GENT, forces={"D1": "K*cos(t)"}, K=1.0), ValueError, "'K' is that of the model, 2: rename"),
-        (lambda: fa.flow(GENT, forces={"D1": "sine*cos(t)"}, sine=1.0), ValueError, "sine is the phase of the drive"),
-        (lambda: fa.flow(GENT, forces={"D1": "f*cos(t)"}), ValueError, "unknown name 'f'"),
-        (lambda: fa.flow(fa.formula("alpha**2 + beta**2")), ValueError, "is a formula of D1 and D2, got 'alpha"),
+        (lambda: fa.ode(GENT, forces={"D1": "cos(t) + cos(w*t)"}, w=1.0), ValueError, "of one rate w"),
+        (lambda: fa.ode(GENT, forces={"D1": "K*cos(t)"}, K=1.0), ValueError, "'K' is that of the model, 2: rename"),
+        (lambda: fa.ode(GENT, forces={"D1": "sine*cos(t)"}, sine=1.0), ValueError, "sine is the phase of the drive"),
+        (lambda: fa.ode(GENT, forces={"D1": "f*cos(t)"}), ValueError, "unknown name 'f'"),
+        (lambda: fa.ode(fa.affine_body("alpha**2 + beta**2")), ValueError, "is a formula of D1 and D2, got 'alpha"),
         (
-            lambda: fa.flow(fa.Body(fa.Harmonic().alpha_beta)),
+            lambda: fa.ode(fa.Body(fa.Harmonic().alpha_beta)),
             TypeError,
             "or of Harmonic, .*, got Body",
         ),
-        (lambda: fa.flow(fa.Harmonic(), forces={"D1": "1"}), TypeError, "text must be equations, or a model that"),
-        (lambda: fa.flow("x' = -x", forces={"x": "1"}), TypeError, "text must be equations, or a model that"),
+        (lambda: fa.ode(fa.Harmonic(), forces={"D1": "1"}), TypeError, "text must be equations, or a model that"),
+        (lambda: fa.ode("x' = -x", forces={"x": "1"}), TypeError, "text must be equations, or a model that"),
         (
-            lambda: fa.flow(fa.hamiltonian("x**2", coordinates="x", friction=0.1)),
+            lambda: fa.ode(fa.hamiltonian("x**2", coordinates="x", friction=0.1)),
             TypeError,
             "without a drive, a frame that turns or friction",
         ),
@@ -137,8 +137,8 @@ def test_refusals_say_what_forces_may_be(make, error, said):
 
 
 def test_periods_of_a_model_stay_those_of_its_flow():
-    pendulum = fa.hamiltonian("-k*cos(n*q)", coordinates="q", periods={"q": "2*pi/n"}, k=1.3, n=2.0)
-    driven = fa.flow(pendulum, forces={"q": "f*cos(w*t) - g*p_q"}, f=0.1, w=0.7, g=0.1)
+    pendulum = fa.hamiltonian("-k*cos(n*q)", coordinates="q", periodic={"q": "2*pi/n"}, k=1.3, n=2.0)
+    driven = fa.ode(pendulum, forces={"q": "f*cos(w*t) - g*p_q"}, f=0.1, w=0.7, g=0.1)
     assert driven.periods() == (np.pi, 0.0, 0.0, 0.0)
-    assert fa.flow(pendulum, periods={"q": "2*pi"}).periods() == (2 * np.pi, 0.0)
-    assert not hasattr(fa.flow(pendulum, periods={}), "periods")
+    assert fa.ode(pendulum, periodic={"q": "2*pi"}).periods() == (2 * np.pi, 0.0)
+    assert not hasattr(fa.ode(pendulum, periodic={}), "periods")

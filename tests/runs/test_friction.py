@@ -188,7 +188,7 @@ def test_a_class_of_ones_own():
         ),
         (lambda: fa.frequency_map(DAMPED, Z0, time=9.0), TypeError, "with a friction .*; what runs here is"),
         (lambda: fa.energy_grid(DAMPED, energy=0.1, axes={"x": [0.1]}, solve="p_y"), ValueError, "friction keeps none"),
-        (lambda: fa.chaos_map(DAMPED, Z0, time=9.0, indicators="zero_one"), TypeError, "has friction, are those"),
+        (lambda: fa.chaos_map(DAMPED, Z0, time=9.0, indicators="zero_one_test"), TypeError, "has friction, are those"),
         (lambda: fa.chaos_map(DAMPED, Z0, time=9.0, indicators="reversibility_error"), TypeError, "has friction"),
         (lambda: fa.hamiltonian(CUBIC, friction=0.1, rotation=0.1), ValueError, "friction does not go with rotation"),
         (lambda: fa.hamiltonian(CUBIC, friction=np.inf), ValueError, "friction must be finite"),

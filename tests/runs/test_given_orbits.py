@@ -8,8 +8,8 @@ import shared_systems
 from comparison import same
 
 import fastaff as fa
+from fastaff import Classification
 from fastaff.engine.jit import JIT_DISABLED
-from fastaff.frequencies import FrequencyKind
 from fastaff.runs.given_orbits import given_orbits
 from fastaff.systems.models.angles import AlphaBeta
 
@@ -62,7 +62,7 @@ def test_frequencies_of_known_lines(samples):
     assert (off <= found.error)[known].mean() >= 0.99
     assert (off <= 10 * found.error)[known].all()
     assert np.median(found.error * samples * dt) < (1e-3 if samples < 1000 else 1e-5)
-    assert (found.kind[found.nu.max(axis=0) * samples * dt > 30] != FrequencyKind.IRREGULAR).all()
+    assert (found.classification[found.nu.max(axis=0) * samples * dt > 30] != Classification.IRREGULAR).all()
     assert found.energy_error is None
     assert found.scheme is None
     assert found.step == dt
@@ -139,13 +139,13 @@ def test_what_frequency_map_says_of_the_same_orbits():
     z0 = np.array([[1.2, 0.1, 0.4, 0.0, 0.1, 0.6, 0.1, 0.2]]).T
     orbits = fa.integrate(body, z0, time=200.0, samples=4000, accuracy=1e-11)
     direct = fa.frequency_map(body, z0, time=200.0)
-    for given in ({"body": body}, {"angles": body.angles}):
+    for given in ({"model": body}, {"signals": body.angles}):
         found = fa.orbit_frequencies(orbits, **given)
         assert found.names == direct.names
         assert (np.abs(found.nu - direct.nu) <= found.error + direct.error + 1e-11).all()
     same(
-        fa.orbit_frequencies(orbits, body=body),
-        fa.orbit_frequencies(orbits.samples.transpose(1, 2, 0), body=body, times=orbits.times),
+        fa.orbit_frequencies(orbits, model=body),
+        fa.orbit_frequencies(orbits.samples.transpose(1, 2, 0), model=body, times=orbits.times),
     )
 
 
@@ -156,7 +156,7 @@ def test_orbits_that_end_and_orbits_too_coarse():
     found = fa.orbit_frequencies(cut, DT)
     assert list(found.status) == [0, 1, 1, 0]
     assert found.error[0, 2] == np.inf
-    assert found.kind[2] == FrequencyKind.UNDECIDED
+    assert found.classification[2] == Classification.UNDECIDED
     part = fa.orbit_frequencies(ARRAY[:, 1:2, : 1448 + 1], DT)  # 2^10.5 steps
     same(part.nu[:, 0], found.nu[:, 1])
     t = np.arange(500)
@@ -346,14 +346,14 @@ def test_an_array_of_objects_is_taken_as_its_refusal_says():
 
 
 def test_angles_and_bodies_that_do_not_suit():
-    with pytest.raises(ValueError, match="angles must have 2 angles for samples of 4 rows"):
-        fa.orbit_frequencies(ARRAY, DT, angles=AlphaBeta())
+    with pytest.raises(ValueError, match="signals must have 2 angles for samples of 4 rows"):
+        fa.orbit_frequencies(ARRAY, DT, signals=AlphaBeta())
     with pytest.raises(
-        TypeError, match=r"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got 3"
+        TypeError, match=r"signals must be a text such as 'R z phi', or a value of fastaff.models.angles, got 3"
     ):
-        fa.orbit_frequencies(ARRAY, DT, angles=3)
-    with pytest.raises(ValueError, match="body must have 2 degrees of freedom for samples of 4 rows, Body has 4"):
-        fa.orbit_frequencies(ARRAY, DT, body=fa.Body(fa.Hyperelastic()))
+        fa.orbit_frequencies(ARRAY, DT, signals=3)
+    with pytest.raises(ValueError, match="model must have 2 degrees of freedom for samples of 4 rows, Body has 4"):
+        fa.orbit_frequencies(ARRAY, DT, model=fa.Body(fa.Hyperelastic()))
     with pytest.raises(ValueError, match="coordinates must be 4 names, one for each row of samples, got 2"):
         fa.orbit_frequencies(ARRAY, DT, coordinates="x p")
     with pytest.raises(ValueError, match="lines must be at least 1"):
@@ -375,7 +375,7 @@ def test_points_of_a_section_are_turns():
     same(found, plain)
     turning = fa.rotation_number(np.array([cut["y"], cut["p_y"]]))
     apart = found.nu[0] + turning.rotation
-    known = np.isfinite(found.error[0]) & (found.kind != FrequencyKind.IRREGULAR)
+    known = np.isfinite(found.error[0]) & (found.classification != Classification.IRREGULAR)
     assert (np.abs(apart - np.rint(apart)) <= found.error[0] + turning.error)[known].all()
     assert known.any()
     with pytest.raises(ValueError, match="samples are points of a section: coordinates must say in which planes"):
@@ -412,7 +412,7 @@ def test_errors_cover_noise(samples):
     clean = fa.orbit_frequencies(z, dt)
     for noisy in (z.astype(np.float32), *(z + level * rng.normal(size=z.shape) for level in (1e-7, 1e-4, 0.03))):
         found = fa.orbit_frequencies(noisy, dt)
-        sure = clean.kind == FrequencyKind.INDEPENDENT
+        sure = clean.classification == Classification.REGULAR
         ratio = np.abs(np.abs(found.nu) - omega / (2 * np.pi)) / found.error
         ratio = np.where(np.isfinite(found.error), ratio, 0.0)[:, sure]  # where none is known, nothing is claimed
         assert sure.mean() > 0.3

@@ -235,11 +235,11 @@ def test_harmonic_motion_crosses_zero_area_by_its_closed_form():
 def test_a_step_too_long_for_the_wall_is_a_collapse():
     z0 = np.array([1.5, 0.0, 1.45, 0.0, -3.0, 0.0, 3.0, 0.0])
     run = integrate(Body(Hyperelastic()), z0, time=0.4, step=0.1, scheme=LEAPFROG)
-    assert run.status[0] == Status.COLLAPSED
+    assert run.status[0] == Status.OUT_OF_DOMAIN
     assert run.energy_error[0] > 1e-6
-    with pytest.raises(OrbitError, match=r"1 COLLAPSED \(left the domain"):
+    with pytest.raises(OrbitError, match=r"1 OUT_OF_DOMAIN \(left the domain"):
         run.raise_if_failed()
-    assert "1 COLLAPSED" in run.summary()
+    assert "1 OUT_OF_DOMAIN" in run.summary()
     adaptive = integrate(Body(Hyperelastic()), z0, time=0.4, scheme=DOP853)
     adaptive.raise_if_failed()
 
@@ -292,7 +292,7 @@ def test_orbits_that_leave_the_domain_and_return_have_left_it(options, scale):
     z0, A, phase = (entry[..., np.abs(z0[0]) < 0.98 * scale] for entry in (z0, A, phase))
     run = integrate(model, z0, time=7.0, energy_tolerance=1e-3, **options)
     leaves = scale < A
-    np.testing.assert_array_equal(run.status, np.where(leaves, Status.COLLAPSED, Status.OK))
+    np.testing.assert_array_equal(run.status, np.where(leaves, Status.OUT_OF_DOMAIN, Status.OK))
     t = np.linspace(0, 7.0, 70_001)
     first = t[(np.abs(A * np.cos(t[:, None] + phase)) >= scale).argmax(axis=0)]
     assert (np.abs(run.t - first)[leaves] < options.get("step", 1e-3) + 1e-3).all()
@@ -301,7 +301,7 @@ def test_orbits_that_leave_the_domain_and_return_have_left_it(options, scale):
         assert_same(alone, run, slice(i, i + 1))
     if "scheme" not in options:
         map_ = frequency_map(model, z0, time=200.0, step=0.1)
-        np.testing.assert_array_equal(map_.status == Status.COLLAPSED, leaves)
+        np.testing.assert_array_equal(map_.status == Status.OUT_OF_DOMAIN, leaves)
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e-3, 1.0, 40.0, 1e6])
@@ -366,7 +366,7 @@ def test_escape_radii_are_those_of_turning_points(omega, compiled, monkeypatch):
 def test_short_runs_have_the_bits_of_long_ones(monkeypatch, options):
     """In the caller's thread and in the kernels' own; progress is reported from both."""
     seen = []
-    short = integrate(BALL, states(BALL, 5), time=3.0, report=seen.append, **options)
+    short = integrate(BALL, states(BALL, 5), time=3.0, callback=seen.append, **options)
     assert seen[-1] == 1.0
     monkeypatch.setattr(launch, "BRIEF", 0)
     assert_same(integrate(BALL, states(BALL, 5), time=3.0, **options), short)
@@ -415,7 +415,7 @@ def test_neo_hookean_at_high_energy_with_too_long_a_step_is_reported(samples):
     z0 = energy_grid(body, energy=8.0, section=AlphaTurning(-1), axes=axes, p_eta=0.3, p_gamma=0.2).z0
     run = integrate(body, z0, time=20.0, step=0.04, samples=samples)
     assert (run.status != Status.OK).mean() > 0.9
-    assert Status.COLLAPSED in set(run.status)
+    assert Status.OUT_OF_DOMAIN in set(run.status)
     run = integrate(body, z0, time=2.0, step=0.04, samples=samples)
     assert 3 <= (run.status == Status.OK).sum() <= run.status.size - 3
     fine = run.status == Status.OK

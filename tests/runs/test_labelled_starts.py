@@ -11,11 +11,11 @@ from fastaff.systems.models.mechanics import system_of
 
 HENON = fa.HenonHeiles()
 ROWS = ("x", "y", "p_x", "p_y")
-DRIVEN = fa.hamiltonian("x**2/2 - a*x*cos(t)", coordinates="x", period="2*pi", a=0.1)
+DRIVEN = fa.hamiltonian("x**2/2 - a*x*cos(t)", coordinates="x", drive_period="2*pi", a=0.1)
 MODELS = (
     HENON,
     fa.hamiltonian("(x**2 + y**2 + z**2)/2", coordinates="x y z"),
-    fa.flow("x' = v; v' = -x; w' = 0"),
+    fa.ode("x' = v; v' = -x; w' = 0"),
     DRIVEN,
 )
 
@@ -132,10 +132,12 @@ VERBS = {
     "frequency_map": lambda z: fa.frequency_map(HENON, z, time=100.0).nu,
     "tangent_map": lambda z: fa.tangent_map(HENON, z, time=1.0).z,
     "periodic_orbits": lambda z: fa.periodic_orbits(HENON, z, section="x=0", max_time=50.0).z,
-    "run": lambda z: fa.run(fa.Job(model=HENON, starts=z, integrate=fa.jobs.Motion(time=1.0)))["integrate"].z,
+    "run": lambda z: fa.run(
+        fa.Job(model=HENON, initial_conditions=z, integrate=fa.jobs.IntegrateOptions(time=1.0))
+    )["integrate"].z,
     "a job of a text": lambda z: fa.run(
-        fa.Job(model=fa.jobs.Model(hamiltonian="(x**2 + y**2)/2 + x**2*y - y**3/3", coordinates="x y"), starts=z,
-               integrate=fa.jobs.Motion(time=1.0))
+        fa.Job(model=fa.jobs.Model(hamiltonian="(x**2 + y**2)/2 + x**2*y - y**3/3", coordinates="x y"),
+               initial_conditions=z, integrate=fa.jobs.IntegrateOptions(time=1.0))
     )["integrate"].z,
 }  # fmt: skip
 

@@ -25,7 +25,7 @@ RNG = np.random.default_rng(32)
 
 def pendulum(**parameters):
     turn = {"q1": "2*pi", "q2": "2*pi"}
-    return fa.hamiltonian(DOUBLE, coordinates="q1 q2", momenta="p1 p2", periods=turn, **{**UNIT, **parameters})
+    return fa.hamiltonian(DOUBLE, coordinates="q1 q2", momenta="p1 p2", periodic=turn, **{**UNIT, **parameters})
 
 
 def drawn():
@@ -221,7 +221,7 @@ def test_a_separable_hamiltonian_written_with_momenta_has_the_bits_of_today():
             np.testing.assert_array_equal(
                 one.z if run is fa.integrate else one.nu, other.z if run is fa.integrate else other.nu
             )
-    drive = {"coordinates": "x", "period": "2*pi/w", "w": 1.3}
+    drive = {"coordinates": "x", "drive_period": "2*pi/w", "w": 1.3}
     new, old = fa.hamiltonian("p**2/2 - cos(x - w*t)", momenta="p", **drive), fa.hamiltonian("-cos(x - w*t)", **drive)
     np.testing.assert_array_equal(*(fa.integrate(model, [0.3, 0.1], time=30.0).z for model in (new, old)))
     skew = fa.hamiltonian("px**2/2 + py**2/2 + k*px*py + x**2 + y**4/4", coordinates="x y", momenta="px py", k=0.4)
@@ -268,7 +268,7 @@ def test_a_uniform_field_written_out_is_the_exact_turn():
 
 def test_a_driven_one_has_the_orbits_of_its_equations():
     H = fa.hamiltonian(
-        "p**2*(1 + x**2)/2 + x**2/2 - e*x*p*cos(w*t)", coordinates="x", momenta="p", period="2*pi/w", e=0.3, w=1.7
+        "p**2*(1 + x**2)/2 + x**2/2 - e*x*p*cos(w*t)", coordinates="x", momenta="p", drive_period="2*pi/w", e=0.3, w=1.7
     )
     assert system_of(H).terms == {"drive", "nonseparable"}
 
@@ -336,9 +336,9 @@ def test_a_periodic_orbit_closes():
     """The slow normal mode, continued to a finite amplitude."""
     H = pendulum()
     guess = [[0.0], [0.0], [0.1 * (2 + math.sqrt(2))], [0.1 * (1 + math.sqrt(2))]]
-    found = fa.periodic_orbits(H, guess, section="q1=0", period=1)
+    found = fa.periodic_orbits(H, guess, section="q1=0", crossings=1)
     assert found.status[0] == Status.OK
-    z, time = found.z[:, 0], float(found.time[0])
+    z, time = found.z[:, 0], float(found.period[0])
     assert abs(time - 2 * math.pi / math.sqrt(2 - math.sqrt(2))) < 0.1
     end = fa.integrate(H, z, time=time, accuracy=1e-11).z[:, 0]
     np.testing.assert_allclose(end, z, rtol=0, atol=1e-9)
@@ -355,9 +355,9 @@ def test_what_does_not_go_with_it_is_refused():
         (lambda: fa.hamiltonian(text, coordinates="x y", momenta="p p"), ValueError, "'p' is taken"),
         (lambda: fa.hamiltonian(text, coordinates="x y", momenta="p"), ValueError, "momenta must be 2 names"),
         (lambda: fa.hamiltonian(text, coordinates="x"), ValueError, "'p'"),
-        (lambda: fa.hamiltonian(text, **names, periods={"x": 1.0}), ValueError, r"periods\['x'\] must be one of"),
-        (lambda: fa.hamiltonian(text, **names, periods={"p": 1.0}), ValueError, "periods must be of x"),
-        (lambda: fa.hamiltonian("p**2*x**2 + t", **names, period=1.0), ValueError, "period"),
+        (lambda: fa.hamiltonian(text, **names, periodic={"x": 1.0}), ValueError, r"periodic\['x'\] must be one of"),
+        (lambda: fa.hamiltonian(text, **names, periodic={"p": 1.0}), ValueError, "periodic must be of x"),
+        (lambda: fa.hamiltonian("p**2*x**2 + t", **names, drive_period=1.0), ValueError, "drive_period"),
         (
             lambda: fa.integrate(H, [0.1] * 4, time=1.0, scheme="KAHAN_LI8"),
             ValueError,
@@ -388,8 +388,8 @@ def test_an_angle_that_goes_round_has_its_mean_rate_for_a_frequency():
         assert np.mean(off <= 1) >= 0.98
         assert off.max() < 10
         assert np.median(found.error[1]) < 1e-10
-        assert np.mean(found.kind == fa.frequencies.FrequencyKind.INDEPENDENT) > 0.9
-        assert (found.basis[:, :, found.kind == 0] == np.eye(2)[:, :, None]).all()
+        assert np.mean(found.classification == fa.Classification.REGULAR) > 0.9
+        assert (found.basis[:, :, found.classification == fa.Classification.REGULAR] == np.eye(2)[:, :, None]).all()
 
 
 def test_the_rate_of_an_angle_does_not_know_its_company_nor_where_it_begins():
@@ -406,33 +406,33 @@ def test_a_rotor_coupled_to_nothing_turns_as_it_does():
     rng = np.random.default_rng(6)
     text = "a**2/(2*J) + p**2/2 + x**2/2 + k*x**4/4"
     J, k, period = rng.uniform(0.5, 2.0), rng.uniform(0.3, 1.0), rng.uniform(0.5, 5.0)
-    model = fa.hamiltonian(text, coordinates="x f", momenta="p a", periods={"f": "period0"}, J=J, k=k, period0=period)
+    model = fa.hamiltonian(text, coordinates="x f", momenta="p a", periodic={"f": "period0"}, J=J, k=k, period0=period)
     z = rng.uniform(0.5, 2.0, (4, 12)) * rng.choice([-1, 1], (4, 12))
     found = fa.frequency_map(model, z, time=300.0)
     assert (np.abs(found.nu[1] - z[3] / J / period) <= found.error[1]).all()
     assert found.error[1].max() < 1e-11
-    assert np.mean(found.kind == fa.frequencies.FrequencyKind.INDEPENDENT) > 0.9
-    alone = fa.hamiltonian("a**2/2", coordinates="f", momenta="a", periods={"f": "2*pi"})
+    assert np.mean(found.classification == fa.Classification.REGULAR) > 0.9
+    alone = fa.hamiltonian("a**2/2", coordinates="f", momenta="a", periodic={"f": "2*pi"})
     turning = fa.frequency_map(alone, [[0.0, 1.0], [1.7, -2.3]], time=300.0)
     np.testing.assert_allclose(turning.omega[0], [1.7, -2.3], rtol=1e-11)
-    assert (turning.kind == fa.frequencies.FrequencyKind.INDEPENDENT).all()
+    assert (turning.classification == fa.Classification.REGULAR).all()
 
 
 def test_a_rate_that_is_a_multiple_of_another_frequency_decides_nothing():
     """In a plane, an oscillator and its polar angle: the radius swings twice a turn, in every orbit."""
     text = "(pr**2 + (pf/r)**2)/2 + r**2/2"
-    model = fa.hamiltonian(text, coordinates="r f", momenta="pr pf", periods={"f": "2*pi"})
+    model = fa.hamiltonian(text, coordinates="r f", momenta="pr pf", periodic={"f": "2*pi"})
     rng = np.random.default_rng(7)
     z = np.array([rng.uniform(0.7, 1.5, 6), rng.uniform(-3, 3, 6), rng.uniform(-0.5, 0.5, 6), rng.uniform(0.3, 1, 6)])
     found = fa.frequency_map(model, z, time=400.0)
-    assert (found.kind != fa.frequencies.FrequencyKind.INDEPENDENT).all()
+    assert (found.classification != fa.Classification.REGULAR).all()
     np.testing.assert_allclose(found.omega, [[2.0] * 6, [1.0] * 6], atol=1e-9)
 
 
 def test_an_orbit_of_which_no_look_is_finite_has_a_status_and_not_an_exception():
     text = "pt**2/2 + (s*pf)**2/(2*sin(th)**2) + g*cos(th)"
     numbers = {"g": 1.267732437050385, "s": 2.8662519800800252}
-    model = fa.hamiltonian(text, coordinates="th f", momenta="pt pf", periods={"f": "2*pi*s"}, **numbers)
+    model = fa.hamiltonian(text, coordinates="th f", momenta="pt pf", periodic={"f": "2*pi*s"}, **numbers)
     run = fa.integrate(model, [2.67863293, -5.34165221, -0.0102855, 0.09021383], time=60.0, accuracy=1e-9)
     assert run.status[0] == fa.Status.OK
     assert run.energy_error[0] < 1e-7
@@ -468,7 +468,7 @@ def test_rounding_that_chaos_makes_larger_shortens_no_step():
     """Rotations of a moon on an eccentric orbit: over the span of a trial rounding grows beyond the accuracy."""
     text = "p**2/2 - e2/4*(cos(2*q - 2*t) + 3.5*ec*cos(2*q - 3*t) - ec/2*cos(2*q - t)) + d*p**3*cos(q)"
     moon = fa.hamiltonian(
-        text, coordinates="q", momenta="p", period="2*pi", periods={"q": "2*pi"}, e2=0.2, ec=0.1, d=0.01
+        text, coordinates="q", momenta="p", drive_period="2*pi", periodic={"q": "2*pi"}, e2=0.2, ec=0.1, d=0.01
     )
     z0 = np.array([[1.11516043, 0.97066886], [-2.31418801, 0.86736902], [1.5549124, 1.34351452]]).T
     found = fa.integrate(moon, z0, time=100.0, accuracy=1e-12)
@@ -483,7 +483,7 @@ DRAWN = {  # text, coordinates, momenta, angles and periods, sizes of starts aro
         "a/5*sin(pi*(2*c*sin(t)*x**2 + (1 - 4*c*sin(t))*x))*sin(b*pi*y)",
         "y",
         "x",
-        {"period": "2*pi"},
+        {"drive_period": "2*pi"},
         ([0.5, 1.0], [0.45, 0.95]),
         40.0,
     ),
@@ -500,7 +500,7 @@ DRAWN = {  # text, coordinates, momenta, angles and periods, sizes of starts aro
         "-(2 + 3*(1 - G**2))*(3*(b/G)**2/4 - 1)/8 - 15*a/8*(1 - G**2)*(1 - (b/G)**2/4)*cos(2*g) + c*G**2",
         "g",
         "G",
-        {"periods": {"g": "2*pi"}, "domain": "G"},
+        {"periodic": {"g": "2*pi"}, "domain": "G"},
         ([0, 0.8], [3, 0.15]),
         20.0,
     ),
@@ -508,7 +508,7 @@ DRAWN = {  # text, coordinates, momenta, angles and periods, sizes of starts aro
         "p**2*(1 + a*cos(w*t)*sin(q)/4)/2 + b*q**4/4 - q**2/2 + c*q*p",
         "q",
         "p",
-        {"period": "2*pi/w", "w": 1.7},
+        {"drive_period": "2*pi/w", "w": 1.7},
         ([1, 0], [0.5, 0.3]),
         30.0,
     ),
@@ -625,7 +625,7 @@ def test_errors_of_short_runs_cover_the_truth_by_foci(chart):
 def test_two_runs_that_agree_by_chance_are_not_believed():
     """A chaotic orbit of a driven double gyre that misses the accuracy: its error was 28 times too small."""
     text = "A*sin(pi*(e*sin(w*t)*x**2 + (1 - 2*e*sin(w*t))*x))*sin(pi*y)"
-    given = {"period": "2*pi/w", "A": 0.1, "e": 0.25, "w": 2 * np.pi / 10}
+    given = {"drive_period": "2*pi/w", "A": 0.1, "e": 0.25, "w": 2 * np.pi / 10}
     H, random = fa.hamiltonian(text, coordinates="y", momenta="x", **given), np.random.default_rng(0)
     z0 = np.array([random.uniform(0, 1, 300), random.uniform(0, 2, 300)])[:, 180:186]
     fine = fa.integrate(H, z0, time=60.0, accuracy=1e-12)
@@ -649,7 +649,7 @@ def amplified(name, random, count):
         text, names = "p**2/2 - (1 + a*cos(w*t))*cos(q)", ("q", "p")
         numbers = {"a": random.uniform(0.3, 1), "w": random.uniform(1, 2.5)}
         z0, time = np.array([random.uniform(-y, y, count) for y in (3, 1.5)]), random.uniform(30, 80)
-    model = fa.hamiltonian(text, coordinates=names[0], momenta=names[1], period="2*pi/w", **numbers)
+    model = fa.hamiltonian(text, coordinates=names[0], momenta=names[1], drive_period="2*pi/w", **numbers)
     return model, z0, float(time)
 
 
@@ -693,7 +693,7 @@ def test_a_factor_before_h_expands_no_potential(turning):
 def test_long_runs_next_to_a_centre_are_left_to_tolerances():
     """Equal steps took minutes for one orbit of a set, or their iteration failed; positions are those of a plane."""
     polar = "a**2/2 + b**2/(2*x**2) + x**2/2 + x**4/4"
-    H = fa.hamiltonian(polar, coordinates="x y", momenta="a b", periods={"y": "2*pi"})
+    H = fa.hamiltonian(polar, coordinates="x y", momenta="a b", periodic={"y": "2*pi"})
     spins = 10 ** RNG.uniform(-3.5, -1.5, 6)
     z0 = np.array([RNG.uniform(0.7, 1.2, 6), np.zeros(6), RNG.uniform(-0.4, 0.4, 6), spins])
     flat = np.array([z0[0], 0 * spins, z0[2], spins / z0[0]])

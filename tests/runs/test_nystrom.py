@@ -12,7 +12,7 @@ from fastaff.engine.jit import JIT_DISABLED
 from fastaff.engine.lane_sums import CHAIN, VECTOR, sum_of_table
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12, SOFRONIOU_SPALETTA10
 
-DRIVEN = fa.hamiltonian("-cos(x) - a*cos(x - w*t)", coordinates="x", period="2*pi/w", a=0.3, w=1.25)
+DRIVEN = fa.hamiltonian("-cos(x) - a*cos(x - w*t)", coordinates="x", drive_period="2*pi/w", a=0.3, w=1.25)
 PLANE = fa.hamiltonian("(x**2 + w*y**2)/2 + a*x**2*y**2", coordinates="x y", a=0.7, w=1.3)
 SPREAD = 0.3
 

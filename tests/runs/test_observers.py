@@ -151,9 +151,9 @@ def weighted(growth, i, first, second):
 
 
 def test_an_indicator_of_ones_own_beside_those_of_the_package():
-    own = fa.chaos.TangentIndicator("decades", decades, limit=4.0)
+    own = fa.chaos.TangentIndicator("decades", decades, threshold=4.0)
     first, second = (
-        fa.chaos.TangentIndicator(name, weighted, limit=-1.0, above=False, count=2, parameters=weights)
+        fa.chaos.TangentIndicator(name, weighted, threshold=-1.0, above=False, count=2, parameters=weights)
         for name, weights in (("first", (1.0, 0.0)), ("second", (0.0, 1.0)))
     )
     small, given = HENON[:, :40], (fa.Lyapunov(), fa.LyapunovSpectrum(), own, first, second)
@@ -162,10 +162,10 @@ def test_an_indicator_of_ones_own_beside_those_of_the_package():
     exponents = np.array([found.first, found.second, -found.first, -found.second])
     np.testing.assert_allclose(np.sort(exponents, axis=0)[::-1], found.spectrum, atol=1e-13)
     np.testing.assert_array_equal(found.history[2, -1], found.decades)
-    assert (found.decades[found.verdicts[2] == fa.chaos.Character.CHAOTIC] > 4.0).all()
-    late = np.isfinite(found.detected[2])
+    assert (found.decades[found.classifications[2] == fa.Classification.CHAOTIC] > 4.0).all()
+    late = np.isfinite(found.detection_time[2])
     assert (found.history[2].max(axis=0)[~late] <= 4.0).all()
-    assert not (found.verdicts[3] == fa.chaos.Character.CHAOTIC).any()
+    assert not (found.classifications[3] == fa.Classification.CHAOTIC).any()
     both = replace(first, name="both", parameters=(1.0, 0.5))
     again = fa.chaos_map(HenonHeiles(), small, time=200.0, step=0.1, indicators=(own, both))
     np.testing.assert_allclose(again.both, found.first + found.second / 2, atol=1e-13)
@@ -180,12 +180,12 @@ def test_an_indicator_of_ones_own_beside_those_of_the_package():
         ({"parameters": 1.0}, TypeError, "parameters must be a tuple of floats"),
         ({"parameters": ("1",)}, TypeError, r"parameters\[0\]"),
         ({"judge": 3}, TypeError, "judge must be a function or None"),
-        ({"limit": None}, TypeError, "limit"),
+        ({"threshold": None}, TypeError, "threshold"),
         ({"above": "yes"}, TypeError, "above"),
     ],
 )
 def test_an_indicator_of_ones_own_is_checked(change, error, message):
-    fields = {"name": "own", "reading": decades, "limit": 1.0} | change
+    fields = {"name": "own", "reading": decades, "threshold": 1.0} | change
     with pytest.raises(error, match=message):
         fa.chaos_map(HenonHeiles(), HENON[:, 0], time=10.0, step=0.1, indicators=(fa.chaos.TangentIndicator(**fields),))
 
@@ -211,33 +211,33 @@ def of_a_text(growth, i):
 @pytest.mark.parametrize("more", [{}, {"early_stop": True}, {"history": 3}])
 @pytest.mark.parametrize("reading", [unknown, nothing_of_some])
 def test_an_indicator_that_says_nothing_leaves_all_undecided(reading, more, above):
-    own = fa.chaos.TangentIndicator("own", reading, limit=2.0, above=above)
+    own = fa.chaos.TangentIndicator("own", reading, threshold=2.0, above=above)
     found = fa.chaos_map(HenonHeiles(), HENON[:, :3], time=400.0, step=0.1, indicators=(own, fa.SALI()), **more)
     alone = fa.chaos_map(HenonHeiles(), HENON[:, :3], time=400.0, step=0.1, indicators=(own,), **more)
     assert np.isnan(found.own).all()
-    assert (found.verdicts[0] == fa.chaos.Character.UNDECIDED).all()
-    assert (alone.verdict == fa.chaos.Character.UNDECIDED).all()
+    assert (found.classifications[0] == fa.Classification.UNDECIDED).all()
+    assert (alone.classification == fa.Classification.UNDECIDED).all()
     assert (alone.status == fa.Status.OK).all()
     assert np.isfinite(found.sali).all()
 
 
 @pytest.mark.parametrize("reading", [of_half_a_digit, of_a_text])
 def test_an_indicator_that_numba_cannot_compile_is_refused_by_name(reading):
-    own = fa.chaos.TangentIndicator("own", reading, limit=2.0)
+    own = fa.chaos.TangentIndicator("own", reading, threshold=2.0)
     with pytest.raises(TypeError, match=r"reading must be a function reading.* for Numba: ."):
         fa.chaos_map(HenonHeiles(), HENON[:, 0], time=10.0, step=0.1, indicators=(own,))
 
 
 @pytest.mark.parametrize("said", [np.nan, None, 3, True, [True], np.ones(7, bool), np.ones(2), np.array(True), "calm"])
 def test_what_a_judge_says_is_checked(said):
-    own = fa.chaos.TangentIndicator("own", decades, limit=2.0, judge=lambda *_: said)
+    own = fa.chaos.TangentIndicator("own", decades, threshold=2.0, judge=lambda *_: said)
     with pytest.raises(TypeError, match="judge of the indicator own must return an array of 2 True or False, got"):
         fa.chaos_map(HenonHeiles(), HENON[:, :2], time=10.0, step=0.1, indicators=(own,))
 
 
 def test_what_a_judge_says_stays_his():
     kept = np.ones(2, bool)
-    own = fa.chaos.TangentIndicator("own", decades, limit=9.0, judge=lambda *_: kept)
+    own = fa.chaos.TangentIndicator("own", decades, threshold=9.0, judge=lambda *_: kept)
     fa.chaos_map(HenonHeiles(), HENON[:, :2], time=10.0, step=0.1, indicators=(own,))
     assert kept.all()
 
@@ -252,7 +252,7 @@ def test_the_example_of_both():
     z0 = example.starts(12)
     found = fa.chaos_map(HenonHeiles(), z0, time=500.0, step=0.1, indicators=(fa.LyapunovSpectrum(), example.AREA))
     grown = found.spectrum[:2].sum(axis=0) * found.t / LN10
-    chaotic = found.verdicts[0] == fa.chaos.Character.CHAOTIC
+    chaotic = found.classifications[0] == fa.Classification.CHAOTIC
     assert chaotic.any()
     np.testing.assert_allclose(found.area[chaotic], grown[chaotic], rtol=1e-9, atol=0.5)
     flow, z, *_ = plan(HenonHeiles(), z0, Options(step=0.05))

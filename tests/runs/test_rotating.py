@@ -20,7 +20,7 @@ from fastaff.engine.blocks import model_block, parameters
 from fastaff.engine.fused import FUSED
 from fastaff.engine.jit import JIT_DISABLED, LANES
 from fastaff.engine.turning import FRAME, turn
-from fastaff.jobs import Job, Model, Poincare, Starts, Surface
+from fastaff.jobs import EnergySurface, InitialConditions, Job, Model, PoincareOptions
 from fastaff.jobs.system import described
 from fastaff.runs.schemes.catalogue import KAHAN_LI8, SCHEMES, Splitting
 from fastaff.systems.models.contracts import Kind
@@ -307,7 +307,7 @@ def test_errors_cover_the_truth():
 def test_sections_have_the_crossings_of_scipy():
     """y = 0, upwards, and px + y = 0, where x' changes its sign: linear in the rows, so a section of the frame."""
     model, z = three_bodies(), np.array([[0.45, 0.35], [0.0, 0.1], [0.1, 0.0], [1.9, 2.1]])
-    sections = {"y=0": lambda t, w: w[1], fa.Linear((0.0, 1.0, 1.0, 0.0), direction=-1): lambda t, w: -w[1] - w[2]}
+    sections = {"y=0": lambda t, w: w[1], fa.Hyperplane((0.0, 1.0, 1.0, 0.0), direction=-1): lambda t, w: -w[1] - w[2]}
     for section, function in sections.items():
         function.direction = 1
         found = fa.poincare_map(model, z, section=section, crossings=4, max_time=60.0)
@@ -415,25 +415,25 @@ def test_hills_variational_orbit_has_the_motion_of_the_perigee():
 
     def late(energy):
         found.append(fa.periodic_orbits(model, found[-1].z if found else start, section=UP, energy=energy))
-        return found[-1].time[0] - 2 * np.pi * m
+        return found[-1].period[0] - 2 * np.pi * m
 
     brentq(late, -3.27, -3.24, xtol=1e-14, rtol=1e-14)
     orbit = found[-1]
     assert orbit.status[0] == fa.Status.OK
-    assert orbit.time[0] == pytest.approx(2 * np.pi * m, abs=1e-12)
+    assert orbit.period[0] == pytest.approx(2 * np.pi * m, abs=1e-12)
     assert -2 * orbit.energy[0] == pytest.approx(6.50888, abs=5e-6)
     assert 1 + np.arccos(1 - 2 * orbit.residue[0]) / (2 * np.pi) == pytest.approx(c, abs=1e-12)
 
 
-UP = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=1)
+UP = fa.Hyperplane((0.0, 1.0, 0.0, 0.0), direction=1)
 
 
 def test_hills_satellites_lose_their_stability_where_henon_found_it():
     """Family g at Gamma = 4.49999, where g' branches off (Henon 1969, Astron. Astrophys. 1, 223)."""
     start = np.array([0.175, 0.0, 0.0, 2.4056])
-    branch = fa.continuation(hill(), start, section=UP, bounds=(-4, -2.2), steps=60, length=0.1, longest=1.0)
+    branch = fa.continuation(hill(), start, section=UP, bounds=(-4, -2.2), max_steps=60, ds=0.1, ds_max=1.0)
     (change,) = branch.bifurcations
-    assert -2 * change.value == pytest.approx(4.49999, abs=5e-6)
+    assert -2 * change.parameter == pytest.approx(4.49999, abs=5e-6)
     assert branch.orbits.residue[0] > 0 > branch.orbits.residue[-1]
 
 
@@ -449,11 +449,11 @@ def test_a_halo_orbit_of_the_catalogue_closes():
     found = fa.periodic_orbits(
         model,
         start,
-        section=fa.Linear((0.0, 1.0, 0.0, 0.0, 0.0, 0.0), direction=-1),
+        section=fa.Hyperplane((0.0, 1.0, 0.0, 0.0, 0.0, 0.0), direction=-1),
         step=0.002,
     )
     assert found.status[0] == fa.Status.OK
-    assert found.time[0] == pytest.approx(period, abs=1e-9)
+    assert found.period[0] == pytest.approx(period, abs=1e-9)
     np.testing.assert_allclose(found.z[:, 0], start, atol=1e-9)
 
 
@@ -475,11 +475,11 @@ def test_lyapunov_orbits_are_those_of_the_catalogue(name):
     x, vy, jacobi, period, index = LYAPUNOV[name]
     model, start = three_bodies(), np.array([x, 0.0, 0.0, vy + x])
     assert -2 * system_of(model).energies(start) == pytest.approx(jacobi, abs=2e-14)
-    section = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=1 if vy > 0 else -1)
+    section = fa.Hyperplane((0.0, 1.0, 0.0, 0.0), direction=1 if vy > 0 else -1)
     beside = start + 1e-6 * np.array([1.0, 0.0, -1.0, 0.0])
     found = fa.periodic_orbits(model, beside, section=section, energy=-jacobi / 2)
     assert found.status[0] == fa.Status.OK
-    assert found.time[0] == pytest.approx(period, abs=5e-10)
+    assert found.period[0] == pytest.approx(period, abs=5e-10)
     np.testing.assert_allclose(found.z[:, 0], start, atol=1e-11)
     assert found.indices[0, 0] == pytest.approx(2 * index, rel=2e-7)
 
@@ -494,12 +494,12 @@ def test_lyapunov_orbits_at_the_energy_of_oterma_are_where_they_were_proved():
     for x, sign, half in ((0.9208034913207435, 1, 1.541059563195996), (1.081929486841799903, -1, None)):
         speed = np.sqrt(2 * energy + x**2 + 2 * ((1 - m) / (x + m) + m / abs(x - 1 + m)))
         beside = np.array([x + 1e-6, 0.0, -1e-6, x + sign * speed])
-        section = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=sign)
+        section = fa.Hyperplane((0.0, 1.0, 0.0, 0.0), direction=sign)
         found = fa.periodic_orbits(three_bodies(m), beside, section=section, energy=energy)
         assert found.status[0] == fa.Status.OK
         np.testing.assert_allclose(found.z[[0, 2], 0], [x, 0.0], atol=1e-12)
         if half:
-            assert abs(found.time[0] / 2 - half) <= found.error[0] + 3e-12
+            assert abs(found.period[0] / 2 - half) <= found.error[0] + 3e-12
 
 
 @pytest.mark.slow
@@ -515,7 +515,7 @@ def test_a_penning_trap_has_its_three_frequencies(seed):
     root = np.sqrt(cyclotron**2 / 4 - axial**2 / 2)
     truth = np.sort([cyclotron / 2 + root, cyclotron / 2 - root, axial])
     found = fa.frequency_map(model, rng.standard_normal((6, 6)), time=40 * 2 * np.pi / truth[0])
-    assert (found.kind == fa.frequencies.FrequencyKind.INDEPENDENT).all()
+    assert (found.classification == fa.Classification.REGULAR).all()
     order = np.argsort(found.omega, axis=0)
     omega, error = (np.take_along_axis(rows, order, axis=0) for rows in (found.omega, 2 * np.pi * found.error))
     assert (np.abs(omega - truth[:, None]) <= error + 1e-15).all()
@@ -557,7 +557,7 @@ def test_grids_on_sections_have_their_energy_and_go_their_way(text, direction):
     mass, omega, energy = 1.7, -0.5, 0.8
     model, (name, value) = deep_bar(omega, mass), text.split("=")
     i = "xy".index(name)
-    section = fa.Linear(tuple(float(r == i) for r in range(4)), float(value), direction)
+    section = fa.Hyperplane(tuple(float(r == i) for r in range(4)), float(value), direction)
     u, v = np.linspace(-1.2, 1.2, 41), np.linspace(-2, 2, 43)
     grid = fa.energy_grid(model, energy=energy, section=section, axes=(u, v))
     np.testing.assert_allclose(system_of(model).energies(grid.z0), energy, rtol=1e-12)
@@ -567,12 +567,12 @@ def test_grids_on_sections_have_their_energy_and_go_their_way(text, direction):
     q = [np.full_like(other, float(value)), other] if i == 0 else [other, np.full_like(other, float(value))]
     room = energy - model.potential_energy(*q) + mass * omega**2 * (q[0] ** 2 + q[1] ** 2) / 2
     rest = mass * omega * float(value) * (1 if i == 0 else -1)
-    np.testing.assert_array_equal(grid.forbidden, (momentum - rest) ** 2 / (2 * mass) > room)
+    np.testing.assert_array_equal(grid.inaccessible, (momentum - rest) ** 2 / (2 * mass) > room)
 
     edge = fa.plot.edge(model, section, energy=energy)
     assert edge.centre == pytest.approx(rest, abs=1e-15)
     inside = np.abs(v[None, :] - edge.centre) < np.interp(u, edge.coordinate, edge.momentum, 0, 0)[:, None]
-    assert np.mean(inside == ~grid.forbidden) > 0.985  # but for cells next to the boundary
+    assert np.mean(inside == ~grid.inaccessible) > 0.985  # but for cells next to the boundary
     sample = fa.energy_sample(model, energy=energy, section=section, orbits=4000, seed=3)
     np.testing.assert_allclose(system_of(model).energies(sample.z0), energy, rtol=1e-12)
     (left, right), (low, high) = edge.axes
@@ -627,14 +627,14 @@ def test_jobs_and_commands_turn(tmp_path):
         Model(hamiltonian="x**2 + y**2", parameter=["rotation=1"]).build()
     job = Job(
         model=Model(hamiltonian="(a*x**2 + b*y**2)/2", parameter=["a=1", "b=1.7", "w=0.4"], rotation="w"),
-        surface=Surface(energy=0.5, section="x=0"),
-        starts=Starts(orbits=3),
-        poincare=Poincare(crossings=4, max_time=200.0),
+        energy_surface=EnergySurface(energy=0.5, section="x=0"),
+        initial_conditions=InitialConditions(orbits=3),
+        poincare=PoincareOptions(crossings=4, max_time=200.0),
     )
     results = fa.run(job, tmp_path / "turning.zarr", threads=1)
     found = results["poincare"]
     assert (found.status == fa.Status.OK).all()
-    model = job.plan().body
+    model = job.plan().model
     np.testing.assert_allclose(system_of(model).energies(found.points[:, 0]), 0.5, atol=1e-9)
     assert (system_of(model).velocities(found.points[:, 0])[0] > 0).all()
 

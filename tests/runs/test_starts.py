@@ -76,7 +76,7 @@ def test_states_from_special_starts_are_within_their_errors(name):
 
 
 def test_all_analyses_take_the_centre_of_a_quartic_potential():
-    """The residue from a start a billionth away; the same frequencies, verdicts and crossings as from there."""
+    """The residue from a start a billionth away; the same frequencies, classifications and crossings as from there."""
     model = fa.hamiltonian(WELL[0], k=1.0, L=1.0, a=0.0, b=0.0, c=1.0, d=0.3, e=0.0)
     z0 = np.array([[0, 0, 1, 0], [1e-9, 0, 1, 0], [0, 0, 0.8, 0.6], [1e-9, 1e-9, 0.8, 0.6]]).T
     orbits = fa.periodic_orbits(model, z0[:, :2], section="x=0")
@@ -112,17 +112,17 @@ def test_orbits_at_rest_in_an_equilibrium_stay_there():
 def test_a_branch_starts_on_its_symmetry_axis():
     """The straight orbit of Henon-Heiles, with x = p_x = 0 to the last bit, to within 1e-7 of the saddle's energy."""
     bounds = (0.05, 1 / 6 - 1e-7)
-    branch = fa.continuation(fa.HenonHeiles(), [0, 0, 0, np.sqrt(0.2)], section="y=0", bounds=bounds, steps=300)
-    assert branch.value[-1] == bounds[1]
+    branch = fa.continuation(fa.HenonHeiles(), [0, 0, 0, np.sqrt(0.2)], section="y=0", bounds=bounds, max_steps=300)
+    assert branch.parameter[-1] == bounds[1]
     assert len(branch.bifurcations) == 14
     assert branch.summary().endswith("14 bifurcations; ended at the bound 0.166667")
-    short = fa.continuation(fa.HenonHeiles(), [0, 0, 0, np.sqrt(0.2)], section="y=0", bounds=bounds, steps=3)
+    short = fa.continuation(fa.HenonHeiles(), [0, 0, 0, np.sqrt(0.2)], section="y=0", bounds=bounds, max_steps=3)
     assert "after its 3 steps" in short.summary()
 
 
 def test_free_motion_turns_nowhere():
     """x = x0 + p t of a driven oscillator without a spring, and of the plane: there is no reach."""
-    driven = fa.hamiltonian("d*x**2 + q*cos(2*t)*x**2", coordinates="x", period="pi", d=0.0, q=0.0)
+    driven = fa.hamiltonian("d*x**2 + q*cos(2*t)*x**2", coordinates="x", drive_period="pi", d=0.0, q=0.0)
     points = fa.poincare_map(driven, np.eye(2), section="t=0", crossings=1).points
     np.testing.assert_allclose(points[[0, 2], 0], [[1.0, np.pi], [0.0, 1.0]], atol=1e-12)
     plane = fa.hamiltonian("k*(x**2 + y**2)", k=0.0)
@@ -179,7 +179,7 @@ def test_the_energy_tolerance_follows_the_accuracy_unless_it_is_given():
 
 def test_a_flow_that_runs_away_ever_faster_ends():
     """Rabinovich & Fabrikant 1979, with parameters that let most orbits go: steps shrink without end."""
-    model = fa.flow("x' = y*(z - 1 + x**2) + g*x; y' = x*(3*z + 1 - x**2) + g*y; z' = -2*z*(a + x*y)", a=1.1, g=0.87)
+    model = fa.ode("x' = y*(z - 1 + x**2) + g*x; y' = x*(3*z + 1 - x**2) + g*y; z' = -2*z*(a + x*y)", a=1.1, g=0.87)
     z0 = np.random.default_rng(1).uniform(-1, 1, (3, 3))
     found = fa.integrate(model, z0, time=1e4, rtol=1e-9)
     assert np.isin(found.status, (fa.Status.OK, fa.Status.STEP_TOO_SMALL, fa.Status.NONFINITE)).all()

@@ -18,7 +18,7 @@ CASES = {
     "stackel": (
         fastaff.models.StackelBody(
             fastaff.Harmonic(C=0.8),
-            fastaff.one_variable(lambda s: 0.2 * np.cos(s), lambda s: -0.2 * np.sin(s)),
+            fastaff.univariate(lambda s: 0.2 * np.cos(s), lambda s: -0.2 * np.sin(s)),
             fastaff.models.Zero(),
         ),
         [1.4, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1],
@@ -88,7 +88,9 @@ def test_every_model_is_symplectic_and_follows_the_variational_equations(model, 
         .reshape(2, 2 * n)
     )
     matrix = fastaff.tangent_map(model, z0, time=5.0, step=0.025, **splitting).matrix[:, :, 0]
-    adaptive = fastaff.tangent_map(model, z0, time=5.0, deviations=deviations, scheme=fastaff.DOP853).vectors[:, :, 0]
+    adaptive = fastaff.tangent_map(model, z0, time=5.0, deviation_vectors=deviations, scheme=fastaff.DOP853).vectors[
+        :, :, 0
+    ]
     for found in (deviations @ matrix.T, adaptive):
         assert np.abs(found - truth).max() <= 3e-9 * np.abs(truth).max()
 
@@ -104,7 +106,7 @@ def test_the_orbit_is_that_of_integrate_to_the_bit(scheme):
         model, start = CASES[name]
         plain = fastaff.integrate(model, cloud(start, 5), **run)
         for count in counts:
-            found = fastaff.tangent_map(model, cloud(start, 5), deviations=np.eye(len(start))[:count], **run)
+            found = fastaff.tangent_map(model, cloud(start, 5), deviation_vectors=np.eye(len(start))[:count], **run)
             assert np.abs(found.z - plain.z).max() <= off
             assert np.abs(found.energy_error - plain.energy_error).max() <= off
 
@@ -114,7 +116,7 @@ def test_it_is_linear_and_takes_deviations_of_each_orbit():
     z = cloud(start, 4)
     deviations = np.random.default_rng(5).standard_normal((3, 4, 4))
     matrix = fastaff.tangent_map(model, z, time=7.0, step=0.05).matrix
-    found = fastaff.tangent_map(model, z, time=7.0, step=0.05, deviations=deviations).vectors
+    found = fastaff.tangent_map(model, z, time=7.0, step=0.05, deviation_vectors=deviations).vectors
     assert np.allclose(found, np.einsum("ijo,kjo->kio", matrix, deviations), rtol=0, atol=1e-13 * np.abs(matrix).max())
 
 
@@ -131,17 +133,17 @@ class Relativistic(OneSpring):
 @pytest.mark.parametrize(
     ("arguments", "problem", "words"),
     [
-        ({"body": OneSpring(), "z0": [1.0, 0.0]}, TypeError, "tangent_force"),
-        ({"body": Relativistic(), "z0": [1.0, 0.0]}, ValueError, "linear"),
-        ({"deviations": np.eye(3)}, ValueError, r"deviations must have shape \(count, 4\)"),
-        ({"deviations": np.ones((2, 4, 3))}, ValueError, "deviations must have shape"),
-        ({"deviations": np.zeros((0, 4))}, ValueError, "deviations must have shape"),
-        ({"deviations": [[np.nan] * 4]}, ValueError, "finite"),
-        ({"deviations": "e1"}, TypeError, "deviations must be an array"),
+        ({"model": OneSpring(), "z0": [1.0, 0.0]}, TypeError, "tangent_force"),
+        ({"model": Relativistic(), "z0": [1.0, 0.0]}, ValueError, "linear"),
+        ({"deviation_vectors": np.eye(3)}, ValueError, r"deviation_vectors must have shape \(count, 4\)"),
+        ({"deviation_vectors": np.ones((2, 4, 3))}, ValueError, "deviation_vectors must have shape"),
+        ({"deviation_vectors": np.zeros((0, 4))}, ValueError, "deviation_vectors must have shape"),
+        ({"deviation_vectors": [[np.nan] * 4]}, ValueError, "finite"),
+        ({"deviation_vectors": "e1"}, TypeError, "deviation_vectors must be an array"),
         ({"time": -1.0}, ValueError, "time must be positive"),
     ],
 )
 def test_wrong_input_is_refused(arguments, problem, words):
     model, start = CASES["henon-heiles"]
     with pytest.raises(problem, match=words):
-        fastaff.tangent_map(**{"body": model, "z0": start, "time": 1.0, "step": 0.1, **arguments})
+        fastaff.tangent_map(**{"model": model, "z0": start, "time": 1.0, "step": 0.1, **arguments})

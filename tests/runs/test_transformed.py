@@ -17,7 +17,7 @@ from fastaff import (
     Body,
     HenonHeiles,
     Hyperelastic,
-    Linear,
+    Hyperplane,
     NeoHookean,
     Status,
     TimeTransformed,
@@ -231,7 +231,7 @@ def test_many_samples_inside_a_step():
 
 
 def test_crossings_are_those_of_other_schemes_up_to_max_time():
-    section = Linear(normal=(1.0, 0.0, 0.0, 0.0))
+    section = Hyperplane(normal=(1.0, 0.0, 0.0, 0.0))
     z = np.array([[0.0, 0.0, 0.01], [0.1, 0.2, -0.3], [0.4, 0.3, 0.2], [0.0, 0.1, 0.0]])
     maps = [
         poincare_map(
@@ -319,7 +319,7 @@ def test_times_far_below_a_step(time):
         (TypeError, lambda: TimeTransformed("KAHAN_LI8")),
         (ValueError, lambda: TimeTransformed(BLANES_MOAN6)),
         (TypeError, lambda: TimeTransformed(rate=1.0)),
-        (TypeError, lambda: TimeTransformed(rate=Linear((1.0, 0.0)))),
+        (TypeError, lambda: TimeTransformed(rate=Hyperplane((1.0, 0.0)))),
         (ValueError, lambda: TimeTransformed(rate=Exponential(0.0))),
         (ValueError, lambda: TimeTransformed(rate=Logistic(-1.0, 2.0))),
         (ValueError, lambda: TimeTransformed(rate=Algebraic(1.0, 0.0, -1.0))),

@@ -164,7 +164,7 @@ def test_a_driven_vector_potential_gives_the_electric_field_of_its_change():
         "k*x**2/2",
         coordinates="x",
         vector_potential={"x": "a*cos(w*t)*(1 + x**2)"},
-        period="2*pi/w",
+        drive_period="2*pi/w",
         a=0.3,
         w=1.2,
         k=0.0,
@@ -188,7 +188,7 @@ def test_friction_of_charges_is_a_force_of_a_flow():
     B, c, g = 1.7, 0.3, 0.1
     charge = fa.hamiltonian("x**2/2 + y**2", vector_potential={"y": "B*x + c*x**2"}, B=B, c=c)
     forces = {"x": "-g*p_x", "y": "-g*(p_y - B*x - c*x**2)"}
-    end = fa.integrate(fa.flow(charge, forces=forces, g=g), [0.4, 0.2, 0.1, 0.3], time=10.0, rtol=1e-11, atol=1e-11).z
+    end = fa.integrate(fa.ode(charge, forces=forces, g=g), [0.4, 0.2, 0.1, 0.3], time=10.0, rtol=1e-11, atol=1e-11).z
 
     def rates(t, z):
         x, y, u, v = z
@@ -210,7 +210,7 @@ def test_what_is_no_vector_potential_is_refused():
         ({"vector_potential": {"x": "y*t"}}, ValueError, r"vector_potential\['x'\]: .*t"),
         ({"vector_potential": {"x": "__import__('os')"}}, ValueError, r"vector_potential\['x'\]"),
         ({"vector_potential": A, "B": 1.0, "magnetic": 1.0}, ValueError, "magnetic does not go with vector_potential"),
-        ({"vector_potential": A, "B": 1.0, "friction": 1.0}, ValueError, "flow.model, forces={'x': '-g"),
+        ({"vector_potential": A, "B": 1.0, "friction": 1.0}, ValueError, "ode.model, forces={'x': '-g"),
         ({"vector_potential": A, "B": 1.0, "momenta": "p q"}, ValueError, "momenta does not go with vector_potential"),
         ({"vector_potential": A, "B": 1.0, "masses": [1.0]}, ValueError, "masses must be 2 positive numbers"),
         ({"vector_potential": A}, ValueError, "'B'"),

@@ -25,7 +25,7 @@ def test_a_particle_that_crosses_downwards_is_told_how_to_ask():
         crossed(FREE, [3.0, -4.0], "x = 0 +-"),
         crossed(FREE, [3.0, -4.0], "x=0", direction=-1),
         crossed(FREE, [3.0, -4.0], "x=0", direction=0),
-        crossed(FREE, [3.0, -4.0], fa.Linear((1.0, 0.0), 0.0, 1), direction=0),
+        crossed(FREE, [3.0, -4.0], fa.Hyperplane((1.0, 0.0), 0.0, 1), direction=0),
     ):
         np.testing.assert_allclose(found.times[0, 0], 0.75, rtol=1e-13)
         assert found.section.direction in (0, -1)
@@ -43,7 +43,10 @@ def test_signs_and_arguments_are_the_sections_of_these_directions():
             assert section == section_named(f"x={constant}", system_of(HENON), direction)
             again = section_named(canonical(f"x={constant}{sign}"), system_of(HENON))
             assert again == section
-        text, value = crossed(HENON, z, f"x=0.01{sign}"), crossed(HENON, z, fa.Linear((1, 0, 0, 0), 0.01, direction))
+        text, value = (
+            crossed(HENON, z, f"x=0.01{sign}"),
+            crossed(HENON, z, fa.Hyperplane((1, 0, 0, 0), 0.01, direction)),
+        )
         np.testing.assert_array_equal(text.times, value.times)
     body = fa.Body(fa.Hyperelastic(C=1.0), mu=1.0)
     assert section_named("alpha-turning-", system_of(body)) == fa.AlphaTurning(-1)
@@ -58,7 +61,7 @@ def test_wrong_directions_are_refused(direction):
 
 
 def test_sections_without_a_direction_refuse_one():
-    driven = fa.hamiltonian("x**2/2 - a*x*cos(t)", coordinates="x", period="2*pi", a=0.1)
+    driven = fa.hamiltonian("x**2/2 - a*x*cos(t)", coordinates="x", drive_period="2*pi", a=0.1)
     with pytest.raises(ValueError, match="direction must be left out"):
         fa.poincare_map(driven, [0.1, 0.0], section="t=0", crossings=3, direction=-1)
     with pytest.raises(ValueError, match="leave the sign out"):
@@ -76,10 +79,10 @@ def test_resonances_of_a_map_agree_with_its_figure():
     random = np.random.default_rng(5)
     radius, speed = random.uniform(0.5, 1.5, 24), random.uniform(0.7, 1.1, 24)
     found = fa.frequency_map(potential, [radius, 0 * radius, 0 * radius, speed], time=400.0)
-    ratio = found.leading[1] / found.leading[0]
+    ratio = found.dominant[1] / found.dominant[0]
     diagonal = found.regular & (np.abs(ratio - 1) < 1e-6)
     assert diagonal.sum() > 5
-    named = fa.resonances(found.leading, errors=found.leading_error, max_order=4)
+    named = fa.resonances(found.dominant, errors=found.dominant_error, max_order=4)
     one = (named.rank == 1) & (named.order == 2) & (named.status == 0)
     assert (one[diagonal]).mean() > 0.95
     generators = fa.resonances(found, max_order=4)

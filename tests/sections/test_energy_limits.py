@@ -75,7 +75,7 @@ def test_energies_beyond_the_wells():
 
 
 def test_a_note_where_orbits_escape(here, capsys):
-    words = "poincare --model henon-heiles --energy 1 --range1=-1:1 --range2=-1:1 --grid 4x4 --no-diffusion"
+    words = "poincare --model henon-heiles --energy 1 --q-range=-1:1 --p-range=-1:1 --grid 4x4 --no-diffusion"
     run = words.split()
     assert cli.main([*run, "--crossings", "3", "--no-figure", "--out", "a", "--max-time", "20"]) == 0
     assert capsys.readouterr().err.count("note: energy 1 lies above 0.166667, the lowest saddle of the potential") == 1

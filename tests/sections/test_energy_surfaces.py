@@ -70,9 +70,9 @@ def test_a_separable_h_told_with_momenta_has_todays_launch_sets(frame):
     assert system_of(new).ellipsoidal
     cells = (np.linspace(-0.3, 0.3, 7), np.linspace(-0.4, 0.4, 8))
     for direction in (1, -1, 0):
-        section = fa.Linear((0, 2.0, 0, 0), 0.1, direction)
+        section = fa.Hyperplane((0, 2.0, 0, 0), 0.1, direction)
         one, other = (fa.energy_grid(model, energy=energy, section=section, axes=cells) for model in (new, old))
-        np.testing.assert_array_equal(one.forbidden, other.forbidden)
+        np.testing.assert_array_equal(one.inaccessible, other.inaccessible)
         np.testing.assert_allclose(one.z0, other.z0, rtol=0, atol=1e-14)
     axes = {"x": cells[0], "y": [0.1], "p_x": cells[1]}
     for sign in (1, -1):
@@ -140,7 +140,7 @@ def test_every_root_of_a_quartic_momentum_is_found():
     energy = 1.1
     for direction in (1, -1):
         u, v = (axis.ravel() for axis in np.meshgrid(*cells))
-        section = fa.Linear((1.0, 0, 0, 0), 0.2, direction)
+        section = fa.Hyperplane((1.0, 0, 0, 0), 0.2, direction)
         z, found, names = lift_sheets(Where(system_of(model), section, energy), u, v)
         assert names == ("y", "py")
         grid = np.linspace(-4, 4, 160001)
@@ -189,7 +189,7 @@ def test_both_ways_to_draw_a_surface_agree():
     text = "(px**2*(1 + y**2) + py**2 + pz**2*(2 + cos(x)))/2 + a*x*py + (x**2 + y**2 + z**2)/2 + b*x*y*z"
     model = fa.hamiltonian(text, coordinates="x y z", momenta="px py pz", a=0.3, b=0.2)
     assert system_of(model).ellipsoidal
-    for section in (None, fa.Linear((0, 1.0, 0, 0, 0, 0), 0.1, -1)):
+    for section in (None, fa.Hyperplane((0, 1.0, 0, 0, 0, 0), 0.1, -1)):
         one = measure_of(system_of(model), 0.5, section, None).draw(500, 1)[0]
         other = surface_of(system_of(model), 0.5, section, None).draw(300, 2)[0]
         for z in (one, other):
@@ -242,7 +242,7 @@ def test_a_return_keeps_the_measure_of_a_section(kind):
 def test_masses_without_bound_and_of_both_signs():
     """An oscillator in polar coordinates, whose inertia is singular at 0; an H whose momenta have no ellipsoid."""
     model = fa.hamiltonian(
-        "(pr**2 + pf**2/r**2)/2 + r**2/2", coordinates="r f", momenta="pr pf", periods={"f": "2*pi"}, domain="r"
+        "(pr**2 + pf**2/r**2)/2 + r**2/2", coordinates="r f", momenta="pr pf", periodic={"f": "2*pi"}, domain="r"
     )
     z = fa.energy_sample(model, energy=0.5, orbits=8000).z0
     assert z[0].min() > 0
@@ -282,7 +282,7 @@ def test_the_first_points_do_not_depend_on_how_many(kind):
 def test_what_energies_cannot_reach_is_said():
     double = DOUBLE()
     harper = fa.hamiltonian(
-        "-cos(p) - cos(x) + s**2/2 + y**2/2", coordinates="x y", momenta="p s", periods={"x": "2*pi"}
+        "-cos(p) - cos(x) + s**2/2 + y**2/2", coordinates="x y", momenta="p s", periodic={"x": "2*pi"}
     )
     quartic = fa.hamiltonian("(p**4 + s**2)*(1 + x**2) + y**2", coordinates="x y", momenta="p s")
     axes = (np.linspace(-1, 1, 3), np.linspace(-1, 1, 4))
@@ -302,8 +302,10 @@ def test_what_energies_cannot_reach_is_said():
         with pytest.raises(ValueError, match=match):
             call()
     with pytest.raises(TypeError, match="non-zero entry, of a coordinate"):
-        fa.energy_grid(double, energy=1.0, section=fa.Linear((0.0, 0.0, 1.0, 0.0)), axes=axes)
-    driven = fa.hamiltonian("p**2*(1 + x**2)/2 + x**2/2 + x*p*cos(t)", coordinates="x", momenta="p", period="2*pi")
+        fa.energy_grid(double, energy=1.0, section=fa.Hyperplane((0.0, 0.0, 1.0, 0.0)), axes=axes)
+    driven = fa.hamiltonian(
+        "p**2*(1 + x**2)/2 + x**2/2 + x*p*cos(t)", coordinates="x", momenta="p", drive_period="2*pi"
+    )
     with pytest.raises((TypeError, ValueError), match=r"H\(q, p, t\)"):
         fa.energy_sample(driven, energy=1.0, orbits=5)
 

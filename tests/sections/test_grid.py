@@ -1,4 +1,4 @@
-"""Lifted grids: energy, angular momenta and section exact; directions; forbidden cells; errors."""
+"""Lifted grids: energy, angular momenta and section exact; directions; inaccessible cells; errors."""
 
 import numpy as np
 import pytest
@@ -18,11 +18,11 @@ from fastaff import (
     HeavyTop,
     HenonHeiles,
     Hyperelastic,
-    Linear,
+    Hyperplane,
     NeoHookean,
+    affine_body,
     energy_grid,
     energy_sample,
-    formula,
     hamiltonian,
     poincare_map,
 )
@@ -67,8 +67,8 @@ def rate(body, section, z):
 def test_every_point_has_what_was_asked_for(body, energy, section, axes):
     grid = energy_grid(body, energy=energy, section=section, axes=axes, p_eta=0.3, p_gamma=-0.1)
     E, p_eta, p_gamma = constants(body, grid.z0)
-    assert grid.z0.shape == (8, grid.cell.size)
-    assert grid.cell.size >= 5
+    assert grid.z0.shape == (8, grid.cell_index.size)
+    assert grid.cell_index.size >= 5
     np.testing.assert_allclose(E, energy, rtol=0, atol=2e-13 * (1 + energy))
     np.testing.assert_allclose(p_eta, 0.3, rtol=0, atol=1e-15)
     np.testing.assert_allclose(p_gamma, -0.1, rtol=0, atol=1e-15)
@@ -95,11 +95,11 @@ def test_points_sit_on_their_cells(section, axes):
     plane = 0 if grid.names[0] == "alpha" else 2
     radius = np.hypot(grid.z0[plane], grid.z0[plane + 1])
     momentum = (grid.z0[plane] * grid.z0[4 + plane] + grid.z0[plane + 1] * grid.z0[5 + plane]) / radius
-    np.testing.assert_allclose(radius, u.ravel()[grid.cell], rtol=1e-14)
-    np.testing.assert_allclose(momentum, v.ravel()[grid.cell], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(radius, u.ravel()[grid.cell_index], rtol=1e-14)
+    np.testing.assert_allclose(momentum, v.ravel()[grid.cell_index], rtol=0, atol=1e-14)
     assert grid.names == (("alpha", "p_alpha") if plane == 0 else ("beta", "p_beta"))
-    np.testing.assert_array_equal(np.flatnonzero(~grid.forbidden.ravel()), grid.cell)
-    assert grid.forbidden.shape == (9, 7)
+    np.testing.assert_array_equal(np.flatnonzero(~grid.inaccessible.ravel()), grid.cell_index)
+    assert grid.inaccessible.shape == (9, 7)
     assert grid.energy == energy
 
 
@@ -110,24 +110,24 @@ def test_the_allowed_cells_are_those_that_the_energy_reaches(body, energy):
     beta, p_beta = np.meshgrid(*BETAS, indexing="ij")
     V = body.potential_energy(1.4, 0.0, beta, 0.0)
     rest = energy - V - (p_beta**2 + (0.3 / 1.4) ** 2 + (0.1 / beta) ** 2) / (2 * body.mu)
-    np.testing.assert_array_equal(grid.forbidden, ~(rest >= 0))
+    np.testing.assert_array_equal(grid.inaccessible, ~(rest >= 0))
 
 
-def test_forbidden_cells_are_masked_when_values_are_spread():
+def test_inaccessible_cells_are_masked_when_values_are_placed():
     body, energy = BODIES[2]
     wide = np.linspace(0.05, 1.5, 12), np.linspace(-3, 3, 11)
     grid = energy_grid(body, energy=energy, section=AlphaTurning(-1), axes=wide)
-    assert 0 < grid.forbidden.mean() < 1
-    spread = grid.spread(np.arange(grid.cell.size))
+    assert 0 < grid.inaccessible.mean() < 1
+    spread = grid.to_grid(np.arange(grid.cell_index.size))
     assert spread.shape == (12, 11)
-    np.testing.assert_array_equal(spread.mask, grid.forbidden)
-    np.testing.assert_array_equal(spread.compressed(), np.arange(grid.cell.size))
+    np.testing.assert_array_equal(spread.mask, grid.inaccessible)
+    np.testing.assert_array_equal(spread.compressed(), np.arange(grid.cell_index.size))
 
 
 def test_without_angular_momenta_the_radius_may_be_zero():
     body = Body(Hyperelastic())
     grid = energy_grid(body, energy=2.5, section=AlphaEquals(1.5), axes=([0.0, 0.1], [0.0, 0.2]))
-    assert grid.cell.size == 4
+    assert grid.cell_index.size == 4
     np.testing.assert_array_equal(grid.z0[[1, 3, 5, 7]], 0.0)
     assert constants(body, grid.z0)[0] == pytest.approx(2.5)
 
@@ -135,7 +135,7 @@ def test_without_angular_momenta_the_radius_may_be_zero():
 @pytest.mark.parametrize(("normal", "offset"), [((1.0, 0, 0, 0), 0.0), ((0, 2.0, 0, 0), 0.2), ((-1.0, 0, 0, 0), 0.1)])
 @pytest.mark.parametrize("direction", [1, -1])
 def test_henon_heiles(normal, offset, direction):
-    model, section = HenonHeiles(), Linear(normal, offset, direction)
+    model, section = HenonHeiles(), Hyperplane(normal, offset, direction)
     axes = np.linspace(-0.4, 0.5, 10), np.linspace(-0.4, 0.4, 9)
     grid = energy_grid(model, energy=0.12, section=section, axes=axes)
     i = int(np.flatnonzero(normal)[0])
@@ -144,7 +144,7 @@ def test_henon_heiles(normal, offset, direction):
     )
     np.testing.assert_allclose(grid.z0[i], offset / normal[i], rtol=1e-15)
     u, v = np.meshgrid(*axes, indexing="ij")
-    np.testing.assert_array_equal(grid.z0[[1 - i, 3 - i]], [u.ravel()[grid.cell], v.ravel()[grid.cell]])
+    np.testing.assert_array_equal(grid.z0[[1 - i, 3 - i]], [u.ravel()[grid.cell_index], v.ravel()[grid.cell_index]])
     assert (np.sign(grid.z0[2 + i]) * np.sign(normal[i]) == direction).all()
     assert grid.names == (("y", "p_y"), ("x", "p_x"))[i]
 
@@ -159,7 +159,7 @@ def test_henon_heiles(normal, offset, direction):
             r"reaches no cell of the grid beta in \[0.1, 0.6\].* on alpha=30: it is below",
         ),
         ({"section": AlphaEquals(0.05)}, ValueError, "reaches no cell"),
-        ({"section": Linear((0.0,) * 7 + (1.0,))}, TypeError, "Linear with one non-zero entry"),
+        ({"section": Hyperplane((0.0,) * 7 + (1.0,))}, TypeError, "Hyperplane with one non-zero entry"),
         ({"section": "alpha"}, ValueError, "section must be one of alpha-turning"),
         ({"axes": (BETAS[0],)}, TypeError, "axes must be two arrays"),
         ({"axes": (100, 90)}, ValueError, r"axes are coordinates: np.linspace\(low, high, 100\)"),
@@ -182,7 +182,7 @@ def test_wrong_input(change, error, message):
 
 def test_angular_momenta_belong_to_bodies():
     with pytest.raises(ValueError, match="p_eta and p_gamma belong to a Body"):
-        energy_grid(HenonHeiles(), energy=0.1, section=Linear((1, 0, 0, 0)), axes=([0.1], [0.1]), p_eta=0.1)
+        energy_grid(HenonHeiles(), energy=0.1, section=Hyperplane((1, 0, 0, 0)), axes=([0.1], [0.1]), p_eta=0.1)
     with pytest.raises((TypeError, ValueError), match="section"):
         energy_grid(HenonHeiles(), energy=0.1, section=AlphaTurning(), axes=([0.1], [0.1]))
 
@@ -217,9 +217,9 @@ def test_allowed_cells_are_those_of_the_closed_form(kind, direction, seed):
     beta, p_beta = np.meshgrid(*axes, indexing="ij")
     e = E - C * beta**2 / 2 - (p_beta**2 + (p_gamma / beta) ** 2) / (2 * mu)
     clear = np.abs(e - np.sqrt(2 * C * k)) > 1e-9 * E
-    np.testing.assert_array_equal(grid.forbidden[clear], (e < np.sqrt(2 * C * k))[clear])
-    assert 0.1 < grid.forbidden.mean() < 0.95
-    e = e.ravel()[grid.cell]
+    np.testing.assert_array_equal(grid.inaccessible[clear], (e < np.sqrt(2 * C * k))[clear])
+    assert 0.1 < grid.inaccessible.mean() < 0.95
+    e = e.ravel()[grid.cell_index]
     outer = (e + np.sqrt(np.maximum(e**2 - 2 * C * k, 0))) / C
     sure = e > 1.001 * np.sqrt(2 * C * k)
     A = outer if direction < 0 else 2 * k / (C * outer)
@@ -235,7 +235,9 @@ def scaled(L, T, M, V0=0.0):
     """
     energy = M * L**2 / T**2
     return (
-        formula(SCALED, k=0.9 * M / T**2, c=1.2 * M * L**4 / T**2, w=0.1 * energy / L**4, v=V0 * energy, mu=0.7 * M),
+        affine_body(
+            SCALED, k=0.9 * M / T**2, c=1.2 * M * L**4 / T**2, w=0.1 * energy / L**4, v=V0 * energy, mu=0.7 * M
+        ),
         M * L / T,
         energy,
     )
@@ -263,7 +265,7 @@ def test_units_change_nothing(units):
             axes = np.linspace(0.02, 1.6, 14) * length, np.linspace(-1.5, 1.5, 9) * momentum
             unit = np.repeat([length, momentum], 4)[:, None]
             grid, drawn = energy_grid(body, axes=axes, **surface), energy_sample(body, orbits=20, seed=3, **surface)
-            found.append((grid.forbidden, grid.z0 / unit, drawn.z0 / unit))
+            found.append((grid.inaccessible, grid.z0 / unit, drawn.z0 / unit))
         np.testing.assert_array_equal(found[0][0], found[1][0])
         for one, other in zip(found[0][1:], found[1][1:]):
             np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9)
@@ -276,7 +278,7 @@ def test_all_wells_of_a_line_are_drawn_from(scale, shift):
     """
     x = "((x - c)/s)"
     model = hamiltonian(f"({x}**2 - 1)**2 + {x}/5 + y**2/2", c=shift, s=scale)
-    E, section = 0.6, Linear((0.0, 1.0, 0.0, 0.0))
+    E, section = 0.6, Hyperplane((0.0, 1.0, 0.0, 0.0))
     drawn = energy_sample(model, energy=E, section=section, orbits=4000, seed=5)
     s = np.linspace(-2, 2, 400_001)
     width = np.sqrt(np.maximum(E - (s**2 - 1) ** 2 - s / 5, 0))
@@ -293,7 +295,7 @@ def test_all_wells_of_the_turning_radius_are_drawn_from():
     """V has wells at alpha = 2 and 3: where both are reached each inner turning point has the same density of (beta,
     p_beta).
     """
-    body = formula("(alpha**2 - 4)**2*(alpha**2 - 9)**2/50 + g*alpha + beta**2/2", g=0.05)
+    body = affine_body("(alpha**2 - 4)**2*(alpha**2 - 9)**2/50 + g*alpha + beta**2/2", g=0.05)
     surface = {"energy": 0.4, "section": AlphaTurning(1), "p_gamma": 0.02}
     drawn = energy_sample(body, orbits=4000, seed=2, **surface)
     alpha, beta = np.hypot(*drawn.z0[:2]), np.hypot(*drawn.z0[2:4])
@@ -323,25 +325,25 @@ def test_allowed_cells_are_those_of_a_fine_scan(text):
     """Several wells: 200,000 radii for each beta, the largest rest of the energy decides; nothing is called allowed
     that is not.
     """
-    body, rng = formula(text, mu=1.3), np.random.default_rng(9)
+    body, rng = affine_body(text, mu=1.3), np.random.default_rng(9)
     axes = np.sort(rng.uniform(0.05, 1.5, 12)), np.linspace(-1.5, 1.5, 15)
     for E in (0.3, 1.1):
-        forbidden = np.ones((12, 15), bool)
+        inaccessible = np.ones((12, 15), bool)
         clear = np.ones((12, 15), bool)
         a = np.linspace(1e-3, 40, 200_000)
         for i, b in enumerate(axes[0]):
             with np.errstate(all="ignore"):
                 rest = 2 * 1.3 * (E - body.potential.value(a * a, b * b)) - (0.1 / a) ** 2 - (0.2 / b) ** 2
             top = np.max(np.where(body.potential.margin(a * a, b * b + 0 * a) > 0, rest, -np.inf))
-            forbidden[i], clear[i] = top < axes[1] ** 2, np.abs(top - axes[1] ** 2) > 1e-6
+            inaccessible[i], clear[i] = top < axes[1] ** 2, np.abs(top - axes[1] ** 2) > 1e-6
         for direction in (1, -1):
             section = AlphaTurning(direction)
             try:
                 grid = energy_grid(body, energy=E, section=section, axes=axes, p_eta=0.1, p_gamma=0.2)
             except NotReached:
-                assert forbidden[clear].all()
+                assert inaccessible[clear].all()
                 continue
-            np.testing.assert_array_equal(grid.forbidden[clear], forbidden[clear])
+            np.testing.assert_array_equal(grid.inaccessible[clear], inaccessible[clear])
             assert (rate(body, section, grid.z0) * direction > -1e-9).all()
 
 
@@ -349,7 +351,7 @@ def test_through_the_axis_where_the_angular_momentum_is_zero():
     """p_eta = 0: the least radius is 0; it is the limit of the inner turning points, and where the map goes."""
     body, section, axes = Body(Harmonic(1.3), 0.7), AlphaTurning(1), BETAS
     exact, near = (energy_grid(body, energy=3.0, section=section, axes=axes, p_eta=p, p_gamma=0.1) for p in (0.0, 1e-9))
-    np.testing.assert_array_equal(exact.forbidden, near.forbidden)
+    np.testing.assert_array_equal(exact.inaccessible, near.inaccessible)
     np.testing.assert_allclose(exact.z0, near.z0, atol=1e-7)
     assert not exact.z0[:2].any()
     cut = poincare_map(body, exact.z0, section=section, crossings=2, max_time=20.0, step=0.02)
@@ -359,10 +361,10 @@ def test_through_the_axis_where_the_angular_momentum_is_zero():
 
 def test_walls_are_no_turning_points():
     """A smooth potential cut off by a domain: the section ends there, without a turning point."""
-    body = formula("r/2", domain="4 - alpha**2")
+    body = affine_body("r/2", domain="4 - alpha**2")
     axes = np.linspace(0.1, 1.0, 5), np.linspace(-0.5, 0.5, 5)
     inner = energy_grid(body, energy=8.0, section=AlphaTurning(1), axes=axes, p_eta=0.3)
-    assert not inner.forbidden.any()
+    assert not inner.inaccessible.any()
     with pytest.raises(NotReached):
         energy_grid(body, energy=8.0, section=AlphaTurning(-1), axes=axes, p_eta=0.3)
 
@@ -370,7 +372,7 @@ def test_walls_are_no_turning_points():
 @pytest.mark.parametrize(
     ("body", "section", "energy", "angular"),
     [
-        (fa.HenonHeiles(), fa.Linear((1, 0, 0, 0)), 0.11, {}),
+        (fa.HenonHeiles(), fa.Hyperplane((1, 0, 0, 0)), 0.11, {}),
         (fa.Body(fa.NeoHookean()), fa.AlphaTurning(), 1.5, {"p_eta": 0.3, "p_gamma": 0.2}),
         (fa.Body(fa.Hyperelastic()), fa.BetaTurning(), 3.2, {"p_eta": 0.1, "p_gamma": 0.2}),
         (fa.Body(fa.NeoHookean()), fa.AreaEquals(1.0), 1.0, {"p_eta": 0.1, "p_gamma": 0.0}),
@@ -384,7 +386,7 @@ def test_a_whole_grid_cuts_nothing(body, section, energy, angular):
         assert axis.min() <= points.min()
         assert axis.max() >= points.max()
         assert np.ptp(points) > 0.8 * np.ptp(axis)
-    assert grid.forbidden.shape == (101, 101)
+    assert grid.inaccessible.shape == (101, 101)
     with pytest.raises(ValueError, match="axes must be two arrays, rows by name, or 'whole', got 'all'"):
         fa.energy_grid(body, energy=energy, section=section, axes="all", **angular)
 
@@ -406,7 +408,7 @@ def test_a_product_of_momenta_in_the_kinetic_energy(section):
         grid = fa.energy_grid(model, energy=0.7, section=section)
         u, v = grid.axes[0][:, None] / ends[0], grid.axes[1] / ends[1]
         near = np.abs(u * u + v * v - 1) < 1e-9
-        assert ((u * u + v * v < 1) == ~grid.forbidden)[~near].all()
+        assert ((u * u + v * v < 1) == ~grid.inaccessible)[~near].all()
         x, y, p_x, p_y = grid.z0
         H = (k * x**2 + y**2) / 2 + t * p_x * p_y + (a * p_x**2 + b * p_y**2) / 2
         np.testing.assert_allclose(H, 0.7, rtol=1e-12)
@@ -419,7 +421,7 @@ def test_a_product_of_momenta_in_the_kinetic_energy(section):
 
 @pytest.mark.parametrize("body", [fa.HenonHeiles(), fa.models.DoublePendulum()], ids=["V(q)", "H(q, p)"])
 def test_a_section_of_a_momentum_launches_nothing(body):
-    section = fa.Linear((0.0, 0.0, 1.0, 0.0))
+    section = fa.Hyperplane((0.0, 0.0, 1.0, 0.0))
     for launch in (
         lambda: fa.energy_sample(body, energy=0.1, orbits=3, section=section),
         lambda: fa.energy_grid(body, energy=0.1, section=section),

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fastaff
-from fastaff import Status
-from fastaff.sections.islands import SectionKind, islands, rotation_number
+from fastaff import Classification, Status
+from fastaff.sections.islands import islands, rotation_number
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 
@@ -121,8 +121,8 @@ def test_turning_within_islands_does_not_depend_on_the_unit_of_a_row(unit):
     inner = 5 / 13 + 1e-4
     for p, q in ((1, 3), (2, 5), (1, 4)):
         found = islands(chain(p, q, inner, 1500 * q, a=0.05, b=0.05) * np.array([[1.0], [unit]]))
-        assert (found.p[0], found.q[0], found.kind[0]) == (p, q, SectionKind.ISLANDS)
-        assert abs(found.inner[0] - inner) <= found.inner_error[0] < 1e-6
+        assert (found.p[0], found.q[0], found.classification[0]) == (p, q, Classification.RESONANT)
+        assert abs(found.secondary_rotation[0] - inner) <= found.secondary_rotation_error[0] < 1e-6
 
 
 def test_rotation_reaches_rounding():
@@ -148,34 +148,34 @@ def test_rotation_at_an_elliptic_point(alpha):
     assert shift.max() < 1e-5
     # The next term is of relative size amplitude^2 over the squared distance to the resonance 1/3, 0.017 turns for 2.2.
     assert shift[1] / shift[0] == pytest.approx(4.0, rel=1e-2)
-    assert (islands(points).kind == SectionKind.CURVE).all()
+    assert (islands(points).classification == Classification.REGULAR).all()
 
 
 @pytest.mark.parametrize(("p", "q"), [(1, 2), (1, 3), (-1, 3), (2, 5), (3, 7), (-4, 9), (5, 24)])
 def test_chain_of_ellipses(p, q):
-    """Rotation p/q, q islands with the centres, extents and inner rotation number that they were made with."""
+    """Rotation p/q, q islands with the centres, semi-axes and secondary rotation number that they were made with."""
     inner, crossings = GOLDEN - 1, 200 * q
     found = islands(chain(p, q, inner, crossings))
-    assert found.kind[0] == SectionKind.ISLANDS
+    assert found.classification[0] == Classification.RESONANT
     assert (found.p[0], found.q[0]) == (p, q)
     place = 2 * np.pi * p * np.arange(q) / q
     direction = np.array([np.cos(place), np.sin(place)])
     assert found.centres[:, :, 0] == pytest.approx(direction, abs=1e-5)
     # Half-extents of an ellipse turned by `place`; 200 points of a golden rotation miss an end by at most (pi/200)^2 of
     # it or so.
-    size = 2 * np.hypot(0.1 * direction, 0.05 * direction[::-1])
-    assert found.extents[:, :, 0] == pytest.approx(size, rel=2e-3)
+    size = np.hypot(0.1 * direction, 0.05 * direction[::-1])
+    assert found.semi_axes[:, :, 0] == pytest.approx(size, rel=2e-3)
     # The second half-window of 100 visits resolves the inner rotation number to a few digits.
-    assert found.inner[0] == pytest.approx(inner, abs=max(found.inner_error[0], 1e-12))
-    assert found.inner_error[0] < 1e-2
+    assert found.secondary_rotation[0] == pytest.approx(inner, abs=max(found.secondary_rotation_error[0], 1e-12))
+    assert found.secondary_rotation_error[0] < 1e-2
     assert found.table()[0][:3] == (p, q, 1)
 
 
 def test_a_periodic_orbit_is_islands_without_size():
     found = islands(np.stack([chain(1, 5, 0.2, 500, a=0.0, b=0.0), np.full((2, 500), 0.7)], axis=-1), centre=(0.0, 0.0))
-    assert found.kind.tolist() == [SectionKind.ISLANDS] * 2
+    assert found.classification.tolist() == [Classification.RESONANT] * 2
     assert found.q.tolist() == [5, 1]
-    assert np.nanmax(found.extents) < 1e-12
+    assert np.nanmax(found.semi_axes) < 1e-12
 
 
 def test_width_of_the_main_island_of_the_standard_map():
@@ -187,11 +187,11 @@ def test_width_of_the_main_island_of_the_standard_map():
     y = half * np.array([0.2, 0.5, 0.9, 0.97, 1.03, 1.1, 1.5])
     x, y = standard(K, np.full(y.shape, 0.5), y, 4000)
     found = islands(annulus(x, y), centre=(0.0, 0.0))
-    assert found.kind.tolist() == [SectionKind.ISLANDS] * 4 + [SectionKind.CURVE] * 3
+    assert found.classification.tolist() == [Classification.RESONANT] * 4 + [Classification.REGULAR] * 3
     assert found.q[:4].tolist() == [1] * 4
     # Outside, the rotation number is the mean of y: positive and growing from the separatrix on.
-    assert (np.diff(found.turning.rotation[4:]) > 0).all()
-    assert (found.turning.rotation[4:] > 1e-3).all()
+    assert (np.diff(found.rotation.rotation[4:]) > 0).all()
+    assert (found.rotation.rotation[4:] > 1e-3).all()
 
 
 @pytest.mark.parametrize(("p", "folds"), [(1, 3), (2, 5)])
@@ -204,7 +204,7 @@ def test_width_of_a_chain_by_the_pendulum(p, folds):
     offset = half * np.array([0.1, 0.6, 0.95, 1.05, 1.4])
     x, y = standard(K, np.full(5, 0.5 / folds if folds % 2 == 0 else 0.5), p / folds + offset, 6000, folds)
     found = islands(annulus(x, y), centre=(0.0, 0.0))
-    assert found.kind.tolist() == [SectionKind.ISLANDS] * 3 + [SectionKind.CURVE] * 2
+    assert found.classification.tolist() == [Classification.RESONANT] * 3 + [Classification.REGULAR] * 2
     assert (found.q[:3] == folds).all()
     assert (found.p[:3] == p).all()
     # Radial extent of the islands in the ring, which cuts each at the angle of its centre: see one in (x, y) itself.
@@ -213,7 +213,7 @@ def test_width_of_a_chain_by_the_pendulum(p, folds):
 
 
 def test_libration_inside_the_island_is_the_pendulum():
-    """Small librations of the standard map about (1/2, 0): arccos(1 - K/2)/2 pi; seen from the ring it is the inner
+    """Small librations of the standard map about (1/2, 0): arccos(1 - K/2)/2 pi; seen from the ring it is the secondary
     number.
     """
     K = 0.3
@@ -222,8 +222,8 @@ def test_libration_inside_the_island_is_the_pendulum():
     linear = math.acos(1 - K / 2) / (2 * math.pi)
     assert abs(rotation_number(plane, centre=(0.0, 0.0)).rotation[0]) == pytest.approx(linear, abs=1e-7)
     ring = islands(annulus(x, y), centre=(0.0, 0.0))
-    assert (ring.kind[0], ring.p[0], ring.q[0]) == (SectionKind.ISLANDS, 0, 1)
-    assert abs(ring.inner[0]) == pytest.approx(linear, abs=1e-7)
+    assert (ring.classification[0], ring.p[0], ring.q[0]) == (Classification.RESONANT, 0, 1)
+    assert abs(ring.secondary_rotation[0]) == pytest.approx(linear, abs=1e-7)
 
 
 def test_chaos_does_not_converge():
@@ -233,12 +233,12 @@ def test_chaos_does_not_converge():
     y = np.linspace(0.013, 0.49, 60)
     x, height = standard(8.0, np.full(y.shape, 0.5), y, 2000)
     found = islands(np.array([x % 1 - 0.5, (height + 0.5) % 1 - 0.5]), centre=(0.0, 0.0))
-    assert (found.kind == SectionKind.CHAOTIC).all()
-    assert np.median(found.turning.digits) < 2
+    assert (found.classification == Classification.CHAOTIC).all()
+    assert np.median(found.rotation.digits) < 2
     x, height = standard(0.3, np.full(y.shape, 0.5), y, 4000)
     regular = islands(annulus(x, height), centre=(0.0, 0.0))
-    assert (regular.kind != SectionKind.CHAOTIC).mean() > 0.9
-    assert "CURVE" in regular.summary()
+    assert (regular.classification != Classification.CHAOTIC).mean() > 0.9
+    assert "REGULAR" in regular.summary()
 
 
 SMOOTH = {
@@ -262,8 +262,8 @@ def test_few_crossings_of_smooth_curves_are_no_chaos(make, crossings):
     points = make(np.random.default_rng(7), crossings)
     found = islands(points)
     if make is not SMOOTH["ellipses"] or crossings < 256:  # these are known to rounding once they have gone around
-        assert (found.turning.digits < 4).mean() > 0.02, "the test can fail"
-    assert not (found.kind == SectionKind.CHAOTIC).any(), found.summary()
+        assert (found.rotation.digits < 4).mean() > 0.02, "the test can fail"
+    assert not (found.classification == Classification.CHAOTIC).any(), found.summary()
 
 
 def test_chaos_is_seen_in_a_few_hundred_crossings():
@@ -271,17 +271,17 @@ def test_chaos_is_seen_in_a_few_hundred_crossings():
     rng = np.random.default_rng(8)
     x, y = standard(6.0, rng.random(40), rng.random(40), 300)
     strong = islands(np.array([x % 1 - 0.5, (y + 0.5) % 1 - 0.5]), centre=(0.0, 0.0))
-    assert (strong.kind == SectionKind.CHAOTIC).mean() > 0.9
+    assert (strong.classification == Classification.CHAOTIC).mean() > 0.9
     x, y = standard(1.5, 1e-3 * rng.random(30), 1e-3 * rng.random(30), 1000)
     sea = islands(annulus(x, (y + 0.5) % 1 - 0.5), centre=(0.0, 0.0))
-    assert (sea.kind == SectionKind.CHAOTIC).mean() > 0.9
-    assert not np.isin(sea.kind, (SectionKind.CURVE, SectionKind.ISLANDS)).any()
+    assert (sea.classification == Classification.CHAOTIC).mean() > 0.9
+    assert not np.isin(sea.classification, (Classification.REGULAR, Classification.RESONANT)).any()
 
 
 def test_a_curve_close_to_a_rational_is_not_islands():
     """Ellipses at 1/3 + 1e-3 and + 1e-4 in 20 000 points; at 1/3 + 1e-15 it is a periodic orbit."""
     found = islands(np.stack([ellipse(1 / 3 + d, 20_000) for d in (1e-3, 1e-4)], axis=-1))
-    assert (found.kind == SectionKind.CURVE).all()
+    assert (found.classification == Classification.REGULAR).all()
     slow = islands(ellipse(1 / 3 + 1e-15, 400)[:, :, None])
     assert slow.q[0] == 3, "a periodic orbit to rounding"
 
@@ -291,10 +291,10 @@ def test_islands_that_have_not_turned_yet_are_undecided():
     back.
     """
     found = islands(chain(1, 3, 0.00245, 300, a=1e-5, b=1e-5))
-    assert found.kind[0] == SectionKind.UNDECIDED
+    assert found.classification[0] == Classification.UNDECIDED
     assert (found.p[0], found.q[0]) == (1, 3)
     longer = islands(chain(1, 3, 0.00245, 3000, a=1e-5, b=1e-5))
-    assert longer.kind[0] == SectionKind.ISLANDS
+    assert longer.classification[0] == Classification.RESONANT
 
 
 def test_padding_and_few_points():
@@ -304,11 +304,11 @@ def test_padding_and_few_points():
     points[:, :400, 0], points[:, :20, 1] = long, long[:, :20]
     found = islands(points)
     alone = rotation_number(long)
-    assert found.turning.rotation[0] == alone.rotation[0]
-    assert found.turning.counts.tolist() == [400, 20, 0]
+    assert found.rotation.rotation[0] == alone.rotation[0]
+    assert found.rotation.counts.tolist() == [400, 20, 0]
     assert found.status.tolist() == [Status.OK, Status.TOO_FEW_CROSSINGS, Status.TOO_FEW_CROSSINGS]
-    assert found.kind[1:].tolist() == [SectionKind.UNDECIDED] * 2
-    assert np.isinf(found.turning.error[1:]).all()
+    assert found.classification[1:].tolist() == [Classification.UNDECIDED] * 2
+    assert np.isinf(found.rotation.error[1:]).all()
     with pytest.raises(fastaff.OrbitError):
         found.raise_if_failed()
 
@@ -320,7 +320,7 @@ def test_padding_and_few_points():
         (lambda: rotation_number(np.ones(2)), ValueError, "points must have shape"),
         (lambda: rotation_number("ab"), TypeError, "points must be an array"),
         (lambda: rotation_number(np.ones((2, 40)), centre=(1.0, np.nan)), ValueError, "centre must be a finite point"),
-        (lambda: islands(np.ones((2, 40)), max_period=0), ValueError, "max_period must be at least 1"),
+        (lambda: islands(np.ones((2, 40)), max_islands=0), ValueError, "max_islands must be at least 1"),
         (lambda: islands(np.ones((2, 40)), digits=0), ValueError, "digits must be positive"),
     ],
 )

@@ -67,7 +67,7 @@ def test_points_of_a_section_are_uniform_in_the_ball_of_an_oscillator(n, directi
     model, energy, unit, centre = oscillator(n, 2)
     normal = np.zeros(2 * n)
     normal[1] = -2.0
-    section = fa.Linear(tuple(normal), -2.0 * centre[1], direction)
+    section = fa.Hyperplane(tuple(normal), -2.0 * centre[1], direction)
     sample = fa.energy_sample(model, energy=energy, section=section, orbits=2000, seed=6)
     z = unit(sample.z0)
     rest = np.delete(z, [1, 1 + n], axis=0)
@@ -129,7 +129,7 @@ def test_all_wells_share_the_volume_of_an_energy_surface(scale, shift):
 
 def test_kinetic_energies_that_mix_momenta():
     """A body with two inertias: T couples p_a and p_b. Energies, and the measure of the momenta over each point."""
-    body = fa.formula("(D1**2 + D2**2)/2 + c*(D1 - D2)**4", mu=(0.5, 3.0), c=0.01)
+    body = fa.affine_body("(D1**2 + D2**2)/2 + c*(D1 - D2)**4", mu=(0.5, 3.0), c=0.01)
     ranges = {"a1": (1.0, 1.2), "a2": (-0.1, 0.1), "b1": (-0.1, 0.1), "b2": (-0.1, 0.1)}
     sample = fa.energy_sample(body, energy=4.0, axes=ranges, orbits=1500, seed=1)
     np.testing.assert_allclose(energies(body, sample.z0), 4.0, rtol=1e-13)
@@ -177,13 +177,13 @@ def test_grids_by_name_are_those_of_brute_force(sign):
     fixed = {"y": centre[1] + 0.1 * size[1], "z": centre[2], "p_x": 0.2 * size[3] * rng.normal()}
     grid = fa.energy_grid(model, energy=energy, axes=axes, fixed=fixed, solve="p_y", sign=sign)
     assert grid.names == ("x", "p_z")
-    assert grid.forbidden.shape == (7, 6)
+    assert grid.inaccessible.shape == (7, 6)
     cell = 0
     for i, x in enumerate(axes["x"]):
         for j, p_z in enumerate(axes["p_z"]):
             z = np.array([x, fixed["y"], fixed["z"], fixed["p_x"], 0.0, p_z])
             rest = 1 - (unit(z[:, None]) ** 2).sum()
-            assert grid.forbidden[i, j] == (rest < 0)
+            assert grid.inaccessible[i, j] == (rest < 0)
             if rest >= 0:
                 z[4] = sign * size[4] * np.sqrt(rest)
                 np.testing.assert_allclose(grid.z0[:, cell], z, rtol=1e-8, atol=1e-8 * np.abs(size).max())
@@ -191,30 +191,34 @@ def test_grids_by_name_are_those_of_brute_force(sign):
     assert cell == len(grid)
     np.testing.assert_allclose(energies(model, grid.z0), energy, rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(grid["p_z"], grid.z0[5])
-    assert grid.spread(grid["x"]).shape == (7, 6)
+    assert grid.to_grid(grid["x"]).shape == (7, 6)
 
 
 def test_three_axes_and_one():
     one = fa.energy_grid(galaxy(), energy=-0.4, axes={"z": np.linspace(0, 0.3, 5)}, solve="p_x", fixed={"p_y": 0.1})
     assert one.z0.shape == (6, 5)
-    assert one.spread(np.arange(5)).shape == (5,)
+    assert one.to_grid(np.arange(5)).shape == (5,)
     cube = {"x": np.linspace(0, 0.3, 3), "y": np.linspace(0, 0.2, 4), "p_x": np.linspace(-2, 2, 5)}
     three = fa.energy_grid(galaxy(), energy=-0.4, axes=cube, solve="p_z")
-    assert three.forbidden.shape == (3, 4, 5)
-    assert 0 < three.forbidden.sum() == 60 - len(three)
+    assert three.inaccessible.shape == (3, 4, 5)
+    assert 0 < three.inaccessible.sum() == 60 - len(three)
     u = np.meshgrid(*cube.values(), indexing="ij")
     for name, axis in zip(cube, u):
-        np.testing.assert_array_equal(three[name], axis.ravel()[three.cell])
+        np.testing.assert_array_equal(three[name], axis.ravel()[three.cell_index])
 
 
 def test_a_section_by_name_is_that_of_two_arrays_to_the_bit():
     axes = np.linspace(-0.4, 0.5, 10), np.linspace(-0.4, 0.4, 9)
-    for section in (fa.Linear((1.0, 0, 0, 0), 0.02, -1), fa.Linear((0, -2.0, 0, 0), 0.1, 1), fa.Linear((1.0, 0, 0, 0))):
+    for section in (
+        fa.Hyperplane((1.0, 0, 0, 0), 0.02, -1),
+        fa.Hyperplane((0, -2.0, 0, 0), 0.1, 1),
+        fa.Hyperplane((1.0, 0, 0, 0)),
+    ):
         other = "xy"[int(section.normal[0] != 0)]
         plain = fa.energy_grid(HH, energy=0.12, section=section, axes=axes)
         named = fa.energy_grid(HH, energy=0.12, section=section, axes={other: axes[0], f"p_{other}": axes[1]})
         assert plain.z0.tobytes() == named.z0.tobytes()
-        np.testing.assert_array_equal(plain.forbidden, named.forbidden)
+        np.testing.assert_array_equal(plain.inaccessible, named.inaccessible)
 
 
 def test_a_coordinate_from_the_energy():
@@ -240,7 +244,7 @@ def test_starts_at_rest_lie_on_the_equipotential_in_the_directions_asked_for(ene
     axes = {"theta": np.linspace(0.1, 3.0, 7), "phi": np.linspace(-3.0, 3.0, 9)}
     grid = fa.energy_grid(model, energy=energy, axes=axes, at_rest=True)
     theta, phi = grid["theta"], grid["phi"]
-    assert not grid.forbidden.any()
+    assert not grid.inaccessible.any()
     assert not grid.z0[3:].any()
     unit = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
     scale = np.sqrt((unit**2 / np.array([1, 0.81, 0.64])[:, None]).sum(axis=0))  # log(r^2 + s^2) = 2 E
@@ -277,7 +281,7 @@ def test_rays_end_at_the_first_wall():
         )
         np.testing.assert_allclose([x, y], [root * c, root * s], rtol=1e-12)
     above = fa.energy_grid(HH, energy=0.2, axes=axes, at_rest=True)
-    assert 0 < above.forbidden.sum() < 40
+    assert 0 < above.inaccessible.sum() < 40
 
 
 # --- jobs -----------------------------------------------------------------------------------------------------------
@@ -304,10 +308,10 @@ def test_jobs_have_the_same_points_in_any_units(starts):
     """Blocks are computed whole: parts of a launch set have the bits of the whole, and the text of a job makes it
     again.
     """
-    job = fa.Job(model=LOG, surface={"energy": -0.4}, starts=starts, frequency_map={"time": 50.0})
+    job = fa.Job(model=LOG, energy_surface={"energy": -0.4}, initial_conditions=starts, frequency_map={"time": 50.0})
     launch = job.plan().launch
     z0, place = between(launch, 0, launch.size)
-    np.testing.assert_allclose(energies(job.plan().body, z0), -0.4, rtol=1e-11)
+    np.testing.assert_allclose(energies(job.plan().model, z0), -0.4, rtol=1e-11)
     again = fa.Job.parsed(job.text()).plan().launch
     for low, high in ((0, 300), (BLOCK - 7, BLOCK + 100), (launch.size - 30, launch.size)):
         part, at = between(again, low, min(high, launch.size))
@@ -331,22 +335,24 @@ def test_a_job_starts_where_energy_sample_does(model, energy, starts, how):
     """With one seed, in all blocks; parts of a sample are those of the whole."""
     seed = int(np.random.default_rng(31).integers(1000))
     starts = {"orbits": BLOCK + 200, "seed": seed, **starts}
-    plan = fa.Job(model=model, surface={"energy": energy}, starts=starts, integrate={"time": 1.0}).plan()
+    plan = fa.Job(
+        model=model, energy_surface={"energy": energy}, initial_conditions=starts, integrate={"time": 1.0}
+    ).plan()
     z0, _ = between(plan.launch, 0, plan.launch.size)
-    sample = fa.energy_sample(plan.body, energy=energy, orbits=BLOCK + 200, seed=seed, **how)
+    sample = fa.energy_sample(plan.model, energy=energy, orbits=BLOCK + 200, seed=seed, **how)
     assert z0.tobytes() == sample.z0.tobytes()
-    few = fa.energy_sample(plan.body, energy=energy, orbits=100, seed=seed, **how)
+    few = fa.energy_sample(plan.model, energy=energy, orbits=100, seed=seed, **how)
     assert few.z0.tobytes() == np.ascontiguousarray(z0[:, :100]).tobytes()
     for other in (np.random.SeedSequence(seed), np.random.default_rng(seed)):
-        again = fa.energy_sample(plan.body, energy=energy, orbits=100, seed=other, **how)
+        again = fa.energy_sample(plan.model, energy=energy, orbits=100, seed=other, **how)
         assert again.z0.tobytes() == few.z0.tobytes()
 
 
 def test_a_job_of_three_degrees_of_freedom_is_that_of_the_library(tmp_path):
     starts = {"axes": {"x": "-0.4:0.4:4", "z": "0:0.2:3"}, "solve": "p_y"}
-    job = fa.Job(model=LOG, surface={"energy": -0.4}, starts=starts, integrate={"time": 5.0})
+    job = fa.Job(model=LOG, energy_surface={"energy": -0.4}, initial_conditions=starts, integrate={"time": 5.0})
     found = fa.run(job, tmp_path / "a.zarr")["integrate"]
-    body = job.plan().body
+    body = job.plan().model
     axes = {"x": -0.4 + 0.8 * (np.arange(4) + 0.5) / 4, "z": 0.2 * (np.arange(3) + 0.5) / 3}
     grid = fa.energy_grid(body, energy=-0.4, axes=axes, solve="p_y")
     np.testing.assert_array_equal(found.z, fa.integrate(body, grid.z0, time=5.0).z)
@@ -382,7 +388,11 @@ TWO = {"x": [0.0, 0.1], "z": [0.0, 0.1]}
         ({"at_rest": True, "solve": None, "axes": {"phi": [1.0]}}, ValueError, "axes at rest must be theta, phi"),
         ({"section": "x=0", "solve": None}, ValueError, "x is given by the section, it must not be in axes"),
         ({"section": "q=0"}, ValueError, "section must be one of x=c, y=c, z=c"),
-        ({"section": fa.Linear((1.0, 1.0, 0, 0, 0, 0))}, TypeError, "section must be Linear with one non-zero entry"),
+        (
+            {"section": fa.Hyperplane((1.0, 1.0, 0, 0, 0, 0))},
+            TypeError,
+            "section must be Hyperplane with one non-zero entry",
+        ),
         ({"energy": -9.0}, NotReached, r"energy -9.0 reaches no cell of the grid x in \[0, 0.1\], z in"),
         ({"energy": np.inf}, ValueError, "energy must be finite"),
         ({"p_eta": 1.0}, ValueError, "p_eta and p_gamma belong to a Body"),
@@ -447,7 +457,7 @@ def test_wrong_samples(model, change, error, message):
     ],
 )
 def test_wrong_jobs(starts, message):
-    job = fa.Job(model=LOG, surface={"energy": -0.4}, starts=starts, frequency_map={"time": 50.0})
+    job = fa.Job(model=LOG, energy_surface={"energy": -0.4}, initial_conditions=starts, frequency_map={"time": 50.0})
     with pytest.raises(ValueError, match=message):
         job.plan()
 
@@ -511,7 +521,9 @@ def test_sections_of_periodic_potentials_ask_for_ranges():
         assert (np.abs(z[1]) <= half).all()
         np.testing.assert_allclose(model.kinetic_energy(*z[2:]) + model.potential_energy(*z[:2]), energy, atol=1e-13)
     turning = fa.hamiltonian("(p**2 + L**2)/(2 + cos(a)*sin(b)) - cos(a) - cos(b)", coordinates="a b", momenta="p L")
-    with pytest.raises(ValueError, match=r"such as .*an angle, its period: periods=\{'b': '2\*pi'\}, --angles b=2\*pi"):
+    with pytest.raises(
+        ValueError, match=r"such as .*an angle, its period: periodic=\{'b': '2\*pi'\}, --periodic b=2\*pi"
+    ):
         fa.energy_sample(turning, energy=-1.2, section="a=0", orbits=5)
 
 

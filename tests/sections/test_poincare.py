@@ -26,7 +26,7 @@ from fastaff import (
     Harmonic,
     HenonHeiles,
     Hyperelastic,
-    Linear,
+    Hyperplane,
     OrbitError,
     Status,
     energy_grid,
@@ -38,7 +38,7 @@ from fastaff.runs import flow as engine
 from fastaff.systems.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR
 
 BODY, BALL = Body(Hyperelastic(1.1), 0.8), HenonHeiles(0.9)
-ON_X = Linear((1.0, 0.0, 0.0, 0.0))
+ON_X = Hyperplane((1.0, 0.0, 0.0, 0.0))
 SECTIONS = [
     AlphaTurning(1),
     AlphaTurning(-1),
@@ -49,8 +49,8 @@ SECTIONS = [
     BetaEquals(0.3, -1),
     AreaEquals(1.05, 1),
     AreaEquals(0.95, -1),
-    Linear((0.0, 0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.1), 0.05, 1),
-    Linear((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0), 0.0, -1),
+    Hyperplane((0.0, 0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.1), 0.05, 1),
+    Hyperplane((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0), 0.0, -1),
 ]
 every_section = pytest.mark.parametrize("section", SECTIONS, ids=[str(s) for s in SECTIONS])
 
@@ -129,7 +129,7 @@ def test_crossings_go_the_right_way(section):
 )
 def test_crossing_times_converge_with_the_order_of_the_scheme(scheme, steps):
     """Fractional steps add no error of their own (linear interpolation would show order 2)."""
-    z0, section = states(BODY, 5, seed=7, spread=0.1), Linear((0, 0, 1, 0, 0, 0, 0, 0), 0.01, 1)
+    z0, section = states(BODY, 5, seed=7, spread=0.1), Hyperplane((0, 0, 1, 0, 0, 0, 0, 0), 0.01, 1)
 
     def times(scheme, step):
         cut = poincare_map(
@@ -300,7 +300,7 @@ def test_nothing_is_lost_at_the_ends_of_short_runs(seed):
         0.0 if offset > 0 else np.pi
     )  # through the extremum that the section is near
     z0 = np.concatenate([A * np.cos(phase), -A * w[:, None] * np.sin(phase)])
-    section = Linear((1.0, c, 0.0, 0.0), offset, direction)
+    section = Hyperplane((1.0, c, 0.0, 0.0), offset, direction)
     cuts = [
         poincare_map(model, z0, section=section, crossings=9, max_time=time, energy_tolerance=1.0, **options)
         for options in (
@@ -343,13 +343,15 @@ def test_an_orbit_that_starts_on_its_section_and_returns_within_a_step(scale, op
     for i in range(4):
         for direction, expected in ((0, [2 * d[i]]), (-1, [2 * d[i]]), (1, [])):
             cut = poincare_map(
-                model, z0[:, i], section=Linear((1, 0, 0, 0), x[i], direction), crossings=3, max_time=2.0, **options
+                model, z0[:, i], section=Hyperplane((1, 0, 0, 0), x[i], direction), crossings=3, max_time=2.0, **options
             )
             np.testing.assert_allclose(found(cut), expected, rtol=0, atol=1e-7)
         below = z0[:, i].copy()
         below[0] -= 1e-7 * scale
         expected = np.arctan2(v[i], below[0]) - np.arccos(x[i] / np.hypot(below[0], v[i]))
-        cut = poincare_map(model, below, section=Linear((1, 0, 0, 0), x[i], 1), crossings=3, max_time=2.0, **options)
+        cut = poincare_map(
+            model, below, section=Hyperplane((1, 0, 0, 0), x[i], 1), crossings=3, max_time=2.0, **options
+        )
         assert cut.counts[0] == 1
         assert cut.times[0, 0] == pytest.approx(expected, rel=1e-2, abs=1e-8)
 
@@ -434,7 +436,7 @@ def test_collapse_is_noticed():
     cut = poincare_map(
         Body(Hyperelastic()), z0, section=AlphaTurning(), crossings=5, max_time=50.0, step=0.1, scheme=LEAPFROG
     )
-    assert cut.status[0] == Status.COLLAPSED
+    assert cut.status[0] == Status.OUT_OF_DOMAIN
 
 
 # --- bitwise promises --------------------------------------------------------------------------------------------
@@ -494,7 +496,7 @@ def test_sections_are_callable_values():
         (z[0, 0] ** 2 + z[1, 0] ** 2 - z[2, 0] ** 2 - z[3, 0] ** 2) / 2 - 1.0
     )
     assert AlphaEquals(1.0)(z)[1] == pytest.approx(np.hypot(z[0, 1], z[1, 1]) - 1.0)
-    assert Linear((0, 0, 0, 0, 0, 0, 0, 3.0), 0.5)(z)[2] == pytest.approx(3 * z[7, 2] - 0.5)
+    assert Hyperplane((0, 0, 0, 0, 0, 0, 0, 3.0), 0.5)(z)[2] == pytest.approx(3 * z[7, 2] - 0.5)
     assert AlphaTurning(1) == AlphaTurning(direction=1) != AlphaTurning(-1)
 
 
@@ -508,13 +510,13 @@ from fastaff import *
 
 body = Body(Hyperelastic())
 z0 = np.array([1.5, 0.1, 0.2, 0.3, 0.1, 0.2, 0.3, 0.1])[:, None] + 0.01*np.arange(400)/400
-report = None
+callback = None
 CALL
 def send():
     os.kill(os.getpid(), signal.SIGINT)
 call(10.0)    # compile or load
 armed = True
-def report(fraction):
+def callback(fraction):
     global armed
     if armed and fraction > 0.005:  # something is found by then
         armed = False
@@ -547,7 +549,7 @@ def interrupt(call, big, check):
 def test_ctrl_c_stops_a_map_and_hands_over_what_there_is(options):
     interrupt(
         "call = lambda time: poincare_map("
-        f"body, z0, section=AlphaTurning(), crossings=4000, max_time=time, report=report, {options})",
+        f"body, z0, section=AlphaTurning(), crossings=4000, max_time=time, callback=callback, {options})",
         2e4,
         "assert whole.counts.max() > 10, whole.counts\n"
         "    counts = partial.counts; assert 4000 > counts.max(), counts; k = counts.argmax(); n = counts[k]\n"

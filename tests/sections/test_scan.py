@@ -15,7 +15,7 @@ from fastaff.systems.models.mechanics import system_of
 NEO = fastaff.Body(fastaff.NeoHookean())
 HENON = fastaff.HenonHeiles()
 PLANES = {"p_eta": 0.3, "p_gamma": 0.2}
-X0 = fastaff.Linear((1.0, 0.0, 0.0, 0.0))
+X0 = fastaff.Hyperplane((1.0, 0.0, 0.0, 0.0))
 SECTIONS = [
     (NEO, fastaff.AlphaTurning(+1), 1.5, PLANES),
     (NEO, fastaff.BetaTurning(-1), 1.5, PLANES),
@@ -111,7 +111,7 @@ def test_henon_heiles_turns_chaotic_as_henon_and_heiles_found():
     assert found.chaotic[1] == direct.chaotic.sum()
     assert found.undecided[1] == direct.undecided.sum()
     np.testing.assert_array_equal(found.medians[:, 1], np.median(direct.values, axis=1))
-    np.testing.assert_array_equal(found.limits[:, 1], np.median(direct.limits, axis=1))
+    np.testing.assert_array_equal(found.thresholds[:, 1], np.median(direct.thresholds, axis=1))
     assert found.step[1] == np.median(direct.step)
     assert (found.bounds[0] <= found.fraction).all()
     assert (found.fraction <= found.bounds[1]).all()
@@ -154,10 +154,10 @@ def test_lost_orbits_run_again_with_step_control():
         return NEO, starts(NEO, energy, 24)
 
     fixed = {"time": 60.0, "step": 0.02}
-    plain = fastaff.chaotic_fraction(make, ([8.0],), second=None, **fixed)
+    plain = fastaff.chaotic_fraction(make, ([8.0],), fallback=None, **fixed)
     found = fastaff.chaotic_fraction(make, ([8.0],), **fixed)
     assert plain.failed[0] > 12
-    assert found.rescued[0] == plain.failed[0]
+    assert found.recomputed[0] == plain.failed[0]
     assert found.failed[0] == 0
     assert found.statuses[Status.OK, 0] == 24
     assert found.energy_error[0] <= 1e-6
@@ -177,7 +177,7 @@ def test_lost_orbits_run_again_with_step_control():
         ({"names": ("a", "b")}, "names must be 1"),
         ({"time": -1.0}, "time must be positive"),
         ({"time": lambda body, z: 0.0}, "time must be positive"),
-        ({"second": fastaff.RK4}, "second must be an adaptive scheme"),
+        ({"fallback": fastaff.RK4}, "fallback must be an adaptive scheme"),
         ({"step": 0.0}, "step must be positive"),
     ],
 )
@@ -199,7 +199,7 @@ def test_maps_lose_orbits_through_an_aperture_and_to_infinity():
     rng = np.random.default_rng(0)
     henon = "x1 = 1 - a*x**2 + p; p1 = b*x"
     makes = {
-        "NONFINITE": lambda a: (fastaff.mapping(henon, a=a, b=0.3), rng.uniform(-2, 2, (2, 40))),
+        "NONFINITE": lambda a: (fastaff.iterated_map(henon, a=a, b=0.3), rng.uniform(-2, 2, (2, 40))),
         "LOST": lambda a: (fastaff.models.OneTurnMap(octupole=-0.3, aperture=a), rng.uniform(-0.6, 0.6, (4, 40))),
     }
     for name, make in makes.items():
@@ -207,8 +207,8 @@ def test_maps_lose_orbits_through_an_aperture_and_to_infinity():
         gone = found.statuses[fastaff.Status[name]]
         assert (gone > 3).all()
         np.testing.assert_array_equal(found.failed, gone)
-        assert (found.sound > 0).all()
-        assert not found.rescued.any()
+        assert (found.completed > 0).all()
+        assert not found.recomputed.any()
         assert f"{gone.sum()} {name} (" in found.summary()
 
 

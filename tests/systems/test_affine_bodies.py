@@ -7,9 +7,8 @@ import pytest
 from scipy.linalg import expm
 
 import fastaff as fa
-from fastaff.chaos import Character
+from fastaff import Classification
 from fastaff.core.status import Status
-from fastaff.frequencies import FrequencyKind
 
 RNG = np.random.default_rng(67)
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -54,12 +53,12 @@ LAWS = {
     "hencky": (
         "G*(log(D1)**2 + log(D2)**2) + lam/2*log(D1*D2)**2",
         {"G": (0.6, 1.0), "lam": (0.8, 1.5)},
-        lambda **k: fa.formula("hencky", **k).potential,
+        lambda **k: fa.affine_body("hencky", **k).potential,
     ),
     "kirchhoff": (
         "lam/8*(D1**2 + D2**2 - 2)**2 + G/4*((D1**2 - 1)**2 + (D2**2 - 1)**2)",
         {"G": (0.6, 1.0), "lam": (0.8, 1.5)},
-        lambda **k: fa.formula("saint-venant-kirchhoff", **k).potential,
+        lambda **k: fa.affine_body("saint-venant-kirchhoff", **k).potential,
     ),
 }
 """V in the stretches, bounds of its parameters, and the potential of the planes; the last one has chaotic orbits."""
@@ -76,7 +75,7 @@ def same_lattice(one, two, errors):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
-def test_the_two_polar_chart_has_the_orbits_frequencies_and_verdicts_of_the_planes(law):
+def test_the_two_polar_chart_has_the_orbits_frequencies_and_classifications_of_the_planes(law):
     """Spin and vorticity turn at the same rates; those of D1, D2 are combinations of those of the planes' angles."""
     text, bounds, potential = LAWS[law]
     k, mu = {name: float(RNG.uniform(*b)) for name, b in bounds.items()}, float(RNG.uniform(0.5, 2.0))
@@ -91,13 +90,13 @@ def test_the_two_polar_chart_has_the_orbits_frequencies_and_verdicts_of_the_plan
     assert two.names == ("D1", "D2", "phi", "psi")
     errors = one.error + two.error
     assert (np.abs(two.nu[2:] - one.nu[2:]) <= errors[2:]).all()
-    sharp = (one.kind == two.kind) & (one.kind == FrequencyKind.INDEPENDENT)
+    sharp = (one.classification == two.classification) & (one.classification == Classification.REGULAR)
     for i in np.flatnonzero(sharp):
         assert same_lattice(one.nu[:2, i], two.nu[:2, i], errors[:2, i].max()), (one.nu[:, i], two.nu[:, i])
 
     one, two = (fa.chaos_map(m, at, time=1000.0, indicators=("megno", "sali")) for m, at in ((body, z), (chart, w)))
-    decided = (one.verdict != Character.UNDECIDED) & (two.verdict != Character.UNDECIDED)
-    assert (one.verdict == two.verdict)[decided].all()
+    decided = (one.classification != Classification.UNDECIDED) & (two.classification != Classification.UNDECIDED)
+    assert (one.classification == two.classification)[decided].all()
     assert decided.sum() > 2
     if law == "kirchhoff":
         assert (one.chaotic & two.chaotic).sum() > 2

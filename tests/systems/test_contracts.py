@@ -23,11 +23,11 @@ POTENTIALS += [fa.SeparableAlphaBeta(fa.models.Oscillator(1.0), fa.models.Zero()
 BODIES = [fa.Body(potential) for potential in POTENTIALS]
 SYSTEMS = [
     fa.HenonHeiles(),
-    fa.reduced(BODIES[0], p_eta=0.3, p_gamma=0.2),
+    fa.reduced_body(BODIES[0], p_eta=0.3, p_gamma=0.2),
     fa.hamiltonian("x**2*y**2", coordinates="x y"),
 ]
 SECTIONS = [fa.AlphaTurning(), fa.BetaTurning(), fa.AlphaEquals(1.0), fa.BetaEquals(1.0), fa.AreaEquals()]
-SECTIONS += [fa.Linear((1.0, 0.0, 0.0, 0.0))]
+SECTIONS += [fa.Hyperplane((1.0, 0.0, 0.0, 0.0))]
 NEEDS = [
     (SeparableModel, BODIES + SYSTEMS),
     (Potential, POTENTIALS),
@@ -167,7 +167,7 @@ def test_what_names_no_kind_is_refused_in_a_sentence():
             call()
 
 
-LORENZ = fa.flow("x' = 10*(y - x); y' = x*(28 - z) - y; z' = x*y - 8/3*z")
+LORENZ = fa.ode("x' = 10*(y - x); y' = x*(28 - z) - y; z' = x*y - 8/3*z")
 PLANE = "x**2/2 + y**2 + x**2*y**2"
 TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
     "separable": (fa.hamiltonian(PLANE), "canonical energetic conserves symplectic quadratic", (2, 2, 4, 2)),
@@ -179,7 +179,7 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         (2, 2, 4, 2),
     ),
     "driven": (
-        fa.hamiltonian("x**2/2 + x*cos(t)", coordinates="x", period="2*pi"),
+        fa.hamiltonian("x**2/2 + x*cos(t)", coordinates="x", drive_period="2*pi"),
         "driven canonical energetic conserves symplectic quadratic",
         (2, 1, 4, 2),
     ),
@@ -190,14 +190,14 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         (1, 1, 2, 2),
     ),
     "driven nonseparable": (
-        fa.hamiltonian("p**2*(1 + x**2)/2 + x*cos(t)", coordinates="x", momenta="p", period="2*pi"),
+        fa.hamiltonian("p**2*(1 + x**2)/2 + x*cos(t)", coordinates="x", momenta="p", drive_period="2*pi"),
         "driven nonseparable canonical energetic conserves symplectic",
         (2, 1, 4, 4),
     ),
     "flow": (LORENZ, "", (2, 2, 3, 3)),
     "map": (fa.models.StandardMap(), "iterated canonical symplectic", (1, 1, 2, 1)),
     "dissipative map": (
-        fa.mapping("x1 = 1 - a*x**2 + y; y1 = b*x", a=1.4, b=0.3),
+        fa.iterated_map("x1 = 1 - a*x**2 + y; y1 = b*x", a=1.4, b=0.3),
         "iterated canonical",
         (1, 1, 2, 1),
     ),
@@ -239,7 +239,7 @@ def test_terms_that_loops_cannot_have_together_are_refused(terms):
 
 @pytest.mark.parametrize("model", [Whirled(), Damped()], ids=["driven frame", "driven with friction"])
 def test_a_kind_of_ones_own_runs_by_its_terms(model):
-    """Integration and section against SciPy's states, exponents against their sum, verdicts, and refusals."""
+    """Integration and section against SciPy's states, exponents against their sum, classifications, and refusals."""
     from scipy.integrate import solve_ivp
 
     turning, losing = getattr(model, "omega", 0.0), getattr(model, "friction", 0.0)
@@ -266,7 +266,7 @@ def test_a_kind_of_ones_own_runs_by_its_terms(model):
     assert wild.chaotic.all() == (not losing)
     with pytest.raises((TypeError, ValueError), match=r"which a driven system has not|Damped loses: take"):
         fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
-    asked = "angles must be given for Whirled, which is driven" if not losing else "what runs here is H = T"
+    asked = "signals must be given for Whirled, which is driven" if not losing else "what runs here is H = T"
     with pytest.raises((TypeError, ValueError), match=asked):
         fa.frequency_map(model, Z, time=100.0)
     with pytest.raises(TypeError, match=f"is {re.escape(model.kind.equations)}; what runs here is H = T"):
@@ -277,9 +277,7 @@ def test_a_driven_frame_has_periodic_orbits_and_friction_none():
     found = fa.periodic_orbits(Whirled(wave=0.1, omega=0.2), [0.3, 0.0, 0.0, 0.2], section="t=0")
     again = fa.integrate(Whirled(wave=0.1, omega=0.2), found.z, time=2 * np.pi, accuracy=1e-12).z
     np.testing.assert_allclose(again[[0, 1, 3, 4]], found.z[[0, 1, 3, 4]], rtol=0, atol=1e-11)
-    with pytest.raises(
-        TypeError, match=r"model Damped has a drive and has friction: write both as equations, fa\.flow"
-    ):
+    with pytest.raises(TypeError, match=r"model Damped has a drive and has friction: write both as equations, fa\.ode"):
         fa.periodic_orbits(Damped(), Z[:, 0], section="t=0")
 
 
@@ -346,7 +344,9 @@ def with_term(name, rate):
 
 @pytest.mark.parametrize("name", NEW)
 def test_a_new_term_is_one_value(name, new_terms):
-    """Integration, section, exponents, verdicts and frequencies beside those of the same system in other variables."""
+    """Integration, section, exponents, classifications and frequencies beside those of the same system in other
+    variables.
+    """
     rate = float(np.random.default_rng(7).uniform(0.2, 0.5))
     model, twin, seen = with_term(name, rate)
     truth = fa.integrate(twin, seen(Z), time=40.0, accuracy=1e-12).z
@@ -573,14 +573,14 @@ def test_wrong_derivatives_of_ones_own_are_refused_in_all_units():
         right = Rotor(float(random.uniform(0.1, 3)), length, time)
         z = random.uniform(-1, 1, (4, 5)) * random.choice([0.0, 1e-3, 1.0], (4, 1))
         z = z * np.array([length, length, length / time, length / time])[:, None]
-        check_derivatives("body", system_of(right), z)
+        check_derivatives("model", system_of(right), z)
         row, off = random.integers(4), float(10 ** random.uniform(-4, -1) * random.choice([-1, 1]))
         with pytest.raises(
-            ValueError, match=r"body Rotor must have rates dH/dp and -dH/dq of its energy H: at .* that of"
+            ValueError, match=r"model Rotor must have rates dH/dp and -dH/dq of its energy H: at .* that of"
         ):
-            check_derivatives("body", system_of(right._replace(off=off, of=float(row))), z)
-        with pytest.raises(ValueError, match="body Rotor must have a tangent_rates that is the change of its rates"):
-            check_derivatives("body", system_of(right._replace(off=off, of_tangent=float(row))), z)
+            check_derivatives("model", system_of(right._replace(off=off, of=float(row))), z)
+        with pytest.raises(ValueError, match="model Rotor must have a tangent_rates that is the change of its rates"):
+            check_derivatives("model", system_of(right._replace(off=off, of_tangent=float(row))), z)
 
 
 def test_all_verbs_refuse_wrong_derivatives():
@@ -594,7 +594,7 @@ def test_all_verbs_refuse_wrong_derivatives():
             lambda body: fa.poincare_map(body, z0, section="y=0", crossings=2, max_time=50.0),
             lambda body: fa.fit_torus(body, z0, time=100.0),
             lambda body: fa.periodic_orbits(body, z0, section="y=0"),
-            lambda body: fa.continuation(body, z0, section="y=0", steps=1),
+            lambda body: fa.continuation(body, z0, section="y=0", max_steps=1),
         ):
             with pytest.raises(ValueError, match=match):
                 call(wrong)
@@ -627,8 +627,8 @@ def test_wrong_derivatives_of_springs_maps_and_flows_are_refused():
             return 1.0 + 0.0 * x
 
     z, check = np.array([[0.7], [0.4]]), check_derivatives
-    check("body", system_of(OneSpring()), z)
-    check("body", system_of(fa.models.StandardMap(0.9)), z)
+    check("model", system_of(OneSpring()), z)
+    check("model", system_of(fa.models.StandardMap(0.9)), z)
     for body, match in (
         (Stiff(), "energy H: .* of p_x is"),
         (Bent(), "a tangent_force"),
@@ -636,7 +636,7 @@ def test_wrong_derivatives_of_springs_maps_and_flows_are_refused():
         (Wound(), "a tangent_rates .* of y is"),
     ):
         with pytest.raises(ValueError, match=match):
-            check("body", system_of(body), z)
+            check("model", system_of(body), z)
 
 
 def half(x):
@@ -699,4 +699,4 @@ def test_right_derivatives_are_never_refused(which):
     random = np.random.default_rng(which)
     for _ in range(60):
         z = random.uniform(-1, 1, (2, random.integers(1, 5))) * 10 ** random.uniform(-6, 0)
-        check_derivatives("body", system_of(Uneven(which)), z)
+        check_derivatives("model", system_of(Uneven(which)), z)

@@ -166,7 +166,7 @@ def test_orbits_in_coordinate_time_have_frequencies_over_gamma(orbits):
     Of an eccentric orbit the strongest line of theta is nu_theta - nu_r, not nu_theta: the mean of exp(i f), of the
     true anomaly f, outweighs its first harmonic (for Kepler's ellipse, e > 1 - e^2: above 0.62).
     """
-    sharp, farthest = [], fa.Linear((0.0, 0.0, 0.0, 1.0, 0.0, 0.0), direction=-1)
+    sharp, farthest = [], fa.Hyperplane((0.0, 0.0, 0.0, 1.0, 0.0, 0.0), direction=-1)
     for a, p, e, x, *omega in orbits:
         nu, hole, z0 = np.array(omega) / (2 * np.pi), fa.models.KerrGeodesic(a), start(a, p, e, x, "coordinate")
         found = fa.frequency_map(hole, z0, time=100 / nu[0], accuracy=1e-10)

@@ -142,14 +142,14 @@ def test_sections_frequencies_chaos_and_periodic_orbits_are_those_of_h_of_q_and_
     assert (off <= cuts[0].point_error + cuts[1].point_error).mean() > 0.99
     for measure in (
         lambda model: fa.frequency_map(model, z0[:, :6], time=500.0).nu,
-        lambda model: fa.find_periodic_orbits(model, z0[:, :6], section="y=0", max_period=3, max_time=100.0).time,
+        lambda model: fa.find_periodic_orbits(model, z0[:, :6], section="y=0", max_crossings=3, max_time=100.0).period,
     ):
         np.testing.assert_allclose(*map(measure, models), rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(*(fa.chaos_map(model, z0, time=200.0).megno for model in models), rtol=0, atol=3e-3)
 
 
 def test_chaos_has_the_exponents_of_collocation():
-    """Of chaotic orbits exponents agree within their spread; orbits of both kinds have the same verdicts."""
+    """Of chaotic orbits exponents agree within their spread; orbits of both kinds have the same classifications."""
     models = pair("sqrt(1 + px**2 + py**2) - 1", "(x**2 + y**2)/2 + 4*x**2*y**2", **NAMES)
     z0 = fa.energy_sample(models[0], orbits=24, energy=2.0, section="y=0", seed=5).z0
     found = [fa.chaos_map(model, z0, time=2000.0, indicators=[fa.Lyapunov()]) for model in models]
@@ -159,7 +159,7 @@ def test_chaos_has_the_exponents_of_collocation():
 
 
 def test_a_driven_one_is_split_too():
-    drive = {"coordinates": "x", "momenta": "p", "period": "2*pi/w", "e": 0.3, "w": RNG.uniform(1, 2)}
+    drive = {"coordinates": "x", "momenta": "p", "drive_period": "2*pi/w", "e": 0.3, "w": RNG.uniform(1, 2)}
     models = pair("sqrt(1 + p**2) - 1", "x**2/2 + x**4/4 - e*x*cos(w*t)", **drive)
     assert models[0].momenta == ("p", "p_t")
     z0 = RNG.uniform(-0.4, 0.4, (2, 6))

@@ -85,7 +85,7 @@ def _drawn(name, rng):
     matrices = [
         Q @ np.diag(rng.uniform(0.6, 1.7, 2)) @ other for Q, other in zip(turned, turned[1:] + turned[:1], strict=True)
     ]
-    return fa.formula(name, **letters), lambda F: energy(F, **letters), matrices, letters
+    return fa.affine_body(name, **letters), lambda F: energy(F, **letters), matrices, letters
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -128,7 +128,7 @@ def test_no_frame_is_preferred(name):
 
 
 def test_gent_ends_where_the_chains_are_stretched():
-    potential = fa.formula("gent", G=1.0, Jm=1.0, K=2.0).potential
+    potential = fa.affine_body("gent", G=1.0, Jm=1.0, K=2.0).potential
     for D1, D2, inside in ((1.2, 1.0, True), (1.5, 1.0, False), (1.0, -0.1, False)):
         assert (potential.margin((D1 + D2) ** 2 / 2, (D1 - D2) ** 2 / 2) > 0) == inside
 
@@ -136,12 +136,12 @@ def test_gent_ends_where_the_chains_are_stretched():
 @pytest.mark.parametrize("letters", [{}, {"G": 1.0}, {"G": 1.0, "Jm": 2.0, "K": 1.0, "c10": 1.0}])
 def test_wrong_letters_are_named(letters):
     with pytest.raises(ValueError, match="'gent' takes the parameters G, Jm, K; got"):
-        fa.formula("gent", **letters)
+        fa.affine_body("gent", **letters)
     with pytest.raises(ValueError, match="'ogden' takes the parameters K, a1, m1; got"):
-        fa.formula("ogden", **letters)
+        fa.affine_body("ogden", **letters)
 
 
 @pytest.mark.parametrize("text", ["arruda-boyce", "Yeoh", "neo hooke"])
 def test_laws_that_are_not_known_are_said_to_be_none(text):
     with pytest.raises(ValueError, match=r"is no law known by name, those are mooney-rivlin, .*: write its formula"):
-        fa.formula(text, G=1.0)
+        fa.affine_body(text, G=1.0)

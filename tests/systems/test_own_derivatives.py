@@ -68,7 +68,7 @@ def test_a_method_with_a_branch_runs_like_one_without(made, method):
     )
 
 
-def test_a_tangent_force_with_a_branch_gives_the_verdict_of_one_without(made):
+def test_a_tangent_force_with_a_branch_gives_the_classification_of_one_without(made):
     z = [0.0, -0.15, 0.45, 0.1]
     assert fa.chaos_map(made("mine", "tangent_force", "force"), z, time=1500.0).chaotic.all()
 
@@ -86,7 +86,7 @@ def test_wrong_derivatives_are_refused_with_branches_and_in_modules_of_any_name(
     """A chaotic orbit was regular by a wrong tangent force with an `if`."""
     formula, match = WRONG[method]
     for branches in ((), (method,), tuple(PARTS)):
-        with pytest.raises(ValueError, match=f"body Mine must have {match}") as error:
+        with pytest.raises(ValueError, match=f"model Mine must have {match}") as error:
             fa.integrate(made(name, *branches, **{method: formula}), Z, time=1.0)
         assert len(str(error.value)) <= 200
 
@@ -98,20 +98,20 @@ def test_a_subclass_of_a_generated_model_is_compared():
         def force(self, x, y):
             return -1.5 * x, -y
 
-    with pytest.raises(ValueError, match="body Patched must have"):
+    with pytest.raises(ValueError, match="model Patched must have"):
         fa.integrate(Patched(), Z, time=1.0)
 
 
 def test_methods_without_numbers_are_refused_by_class_and_method(made):
     calls = {
-        "force": ("x + y*1j, y", "body Mine.* does not give numbers .* some are complex"),
-        "kinetic_energy": ("p*(1 + 0j)", "body Mine.* does not give numbers .* some are complex"),
-        "potential_energy": ("None", "body Mine.* does not give numbers .* others are given"),
+        "force": ("x + y*1j, y", "model Mine.* does not give numbers .* some are complex"),
+        "kinetic_energy": ("p*(1 + 0j)", "model Mine.* does not give numbers .* some are complex"),
+        "potential_energy": ("None", "model Mine.* does not give numbers .* others are given"),
     }
     for method, (formula, match) in calls.items():
         with pytest.raises(TypeError, match=match):
             fa.integrate(made("mine", **{method: formula}), Z, time=1.0)
-    with pytest.raises(TypeError, match=r"body Mine\.tangent_force must give real numbers, some are complex"):
+    with pytest.raises(TypeError, match=r"model Mine\.tangent_force must give real numbers, some are complex"):
         fa.chaos_map(made("mine", tangent_force="dx*1j, dy"), Z, time=10.0)
     with pytest.raises(TypeError, match=r"Broken.force does not give numbers \(TypeError"):
         fa.models.mechanics.system_of(Broken()).forces(np.ones((4, 3)))

@@ -28,8 +28,8 @@ from fastaff import (
     action_angles,
     constants_of_motion,
     integrate,
-    one_variable,
     tangent_map,
+    univariate,
 )
 from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
 from fastaff.systems.models import (
@@ -166,13 +166,13 @@ def slope_of_well(x):
 
 def test_slope_by_complex_step():
     """Exact to rounding, and that with a given slope is the given one."""
-    x, made, given = np.linspace(-2, 2, 31), one_variable(well), one_variable(well, slope_of_well)
+    x, made, given = np.linspace(-2, 2, 31), univariate(well), univariate(well, slope_of_well)
     np.testing.assert_allclose(made.slope(x), slope_of_well(x), rtol=4e-16, atol=1e-15)
     np.testing.assert_array_equal(given.slope(x), slope_of_well(x))
     np.testing.assert_array_equal(made.value(x), well(x))
     assert made.slope(0.7) == pytest.approx(slope_of_well(0.7), rel=4e-16)
     assert not hasattr(made, "curvature")
-    assert one_variable(well, slope_of_well, lambda x: 1.2 + 1.2 * x * x - 0.2 * np.cos(2 * x)).curvature(0.0) == 1.0
+    assert univariate(well, slope_of_well, lambda x: 1.2 + 1.2 * x * x - 0.2 * np.cos(2 * x)).curvature(0.0) == 1.0
     assert repr(made) == "well()"
 
 
@@ -183,7 +183,7 @@ def test_compiled_functions_are_those_of_their_closure():
     """
 
     def spring(k):
-        return one_variable(lambda x: k * x * x / 2)
+        return univariate(lambda x: k * x * x / 2)
 
     z = np.array([1.2, 0.1, 0.3, 0.2, 0.1, 0.3, -0.2, 0.4])
     for k in (1.0, 4.0):
@@ -221,17 +221,17 @@ def test_compiled_functions_are_those_of_their_closure():
 )
 def test_what_is_no_function_of_one_variable(arguments, error, words):
     with pytest.raises(error, match=words):
-        one_variable(*arguments)
+        univariate(*arguments)
 
 
 def test_constants_and_kinks_are_functions_where_a_slope_is_given():
-    assert one_variable(lambda x: 2.0).slope(0.3) == 0
-    kink = one_variable(lambda x: np.abs(x), lambda x: np.sign(x))
+    assert univariate(lambda x: 2.0).slope(0.3) == 0
+    kink = univariate(lambda x: np.abs(x), lambda x: np.sign(x))
     assert (kink.value(-0.3), kink.slope(-0.3)) == (0.3, -1.0)
 
 
 def test_powers_are_vectorised():
-    assert one_variable(lambda x: x**4).slope(1.5) == pytest.approx(13.5, rel=1e-15)
+    assert univariate(lambda x: x**4).slope(1.5) == pytest.approx(13.5, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_powers_are_vectorised():
 )
 def test_functions_that_lose_part_of_the_imaginary_part_are_refused(value):
     with pytest.raises(ValueError, match="must be the derivative"):
-        one_variable(value)
+        univariate(value)
 
 
 # Families
@@ -252,16 +252,16 @@ def deformations(n=40, seed=5):
     return np.array([A, A * rng.uniform(0.05, 0.9, n)])
 
 
-RIPPLE = one_variable(lambda v: 1.5 / np.cos(v / 2) ** 2 + 0.4 * np.cos(2 * v))
-SOFT = one_variable(lambda r: 0.6 * r + 0.3 * r * r)
-SEXTIC = one_variable(
+RIPPLE = univariate(lambda v: 1.5 / np.cos(v / 2) ** 2 + 0.4 * np.cos(2 * v))
+SOFT = univariate(lambda r: 0.6 * r + 0.3 * r * r)
+SEXTIC = univariate(
     lambda k: 0.4 * np.sinh(k) ** 2 * np.sinh(k) ** 2 * np.sinh(k) ** 2 + 0.7 * np.sinh(k) ** 2 * np.sinh(k) ** 2
 )
-SINES = one_variable(
+SINES = univariate(
     lambda x: 0.4 * np.sin(x) ** 2 * np.sin(x) ** 2 * np.sin(x) ** 2 - 0.7 * np.sin(x) ** 2 * np.sin(x) ** 2
 )
 FAMILIES = [
-    SeparableAlphaBeta(one_variable(well), Oscillator(1.2, 0.3)),
+    SeparableAlphaBeta(univariate(well), Oscillator(1.2, 0.3)),
     SeparableRVartheta(SOFT, RIPPLE),
     SeparableElliptic(SEXTIC, SINES),
 ]
@@ -317,15 +317,15 @@ def test_curvature_of_functions_of_ones_own():
     remedy.
     """
     x = np.linspace(0.2, 2.0, 9)
-    made = one_variable(well, slope_of_well)
+    made = univariate(well, slope_of_well)
     np.testing.assert_allclose(made.curvature(x), complex_step(slope_of_well, x), rtol=1e-14)
-    bare = StackelBody(Harmonic(), one_variable(well), Zero())
-    with pytest.raises(TypeError, match=r"curvature.*one_variable\(value, slope, curvature\)"):
+    bare = StackelBody(Harmonic(), univariate(well), Zero())
+    with pytest.raises(TypeError, match=r"curvature.*univariate\(value, slope, curvature\)"):
         tangent_map(bare, np.ones(8), time=1.0, step=0.1)
 
 
 def test_tangent_force_of_a_stackel_body():
-    ripple = one_variable(
+    ripple = univariate(
         lambda v: 0.3 * np.cos(v) + 0.1 * np.sin(2 * v), lambda v: -0.3 * np.sin(v) + 0.2 * np.cos(2 * v)
     )
     body = StackelBody(CURVED[1], ripple, ripple, 1.2)
@@ -369,8 +369,8 @@ def test_margin_is_negative_where_the_potential_ends(V):
 # Bodies with angular potentials
 # --------------------------------------------------------------------------------------------------------
 
-V_ETA = one_variable(lambda eta: 0.5 + 0.3 * np.cos(eta) + 0.1 * np.sin(2 * eta))
-V_GAMMA = one_variable(lambda gamma: 0.4 + 0.2 * np.sin(gamma))
+V_ETA = univariate(lambda eta: 0.5 + 0.3 * np.cos(eta) + 0.1 * np.sin(2 * eta))
+V_GAMMA = univariate(lambda gamma: 0.4 + 0.2 * np.sin(gamma))
 STACKEL = [
     StackelBody(V, V_ETA, V_GAMMA, mu)
     for V, mu in zip((*FAMILIES, Harmonic(1.2).elliptic), (0.8, 1.3, 1.1, 0.7), strict=True)
@@ -637,8 +637,8 @@ def test_charts():
 @pytest.mark.parametrize(
     ("body", "chart", "error", "words"),
     [
-        (Body(NeoHookean()), None, ValueError, "body must separate.*fit_torus"),
-        (StackelBody(NeoHookean(), V_ETA, V_GAMMA), None, ValueError, "body must separate"),
+        (Body(NeoHookean()), None, ValueError, "model must separate.*fit_torus"),
+        (StackelBody(NeoHookean(), V_ETA, V_GAMMA), None, ValueError, "model must separate"),
         (StackelBody(3.0, V_ETA, V_GAMMA), None, (TypeError, ValueError), ""),
         (
             Body(Hyperelastic()),
@@ -651,9 +651,9 @@ def test_charts():
         (Body(Harmonic()), 3, TypeError, "chart must be a chart.*3"),
         (Harmonic(), None, TypeError, "wrap it"),
         (SeparableAlphaBeta(Oscillator(), Oscillator()), None, TypeError, "wrap it"),
-        (HenonHeiles(), None, TypeError, "body must be a Body or a StackelBody"),
-        ("Harmonic", None, TypeError, "body must be a model"),
-        (None, None, TypeError, "body must be a model"),
+        (HenonHeiles(), None, TypeError, "model must be a Body or a StackelBody"),
+        ("Harmonic", None, TypeError, "model must be a model"),
+        (None, None, TypeError, "model must be a model"),
         (Body(SeparableAlphaBeta(1.0, Oscillator())), None, TypeError, "V_alpha must be a function such as"),
         (Body(SeparableRVartheta(Spring(), 2.0)), None, TypeError, "V_vartheta must be a function such as"),
         (Body(SeparableElliptic(Zero(), np.cos)), None, TypeError, "V_lambda"),

@@ -94,7 +94,7 @@ def test_the_rotation_of_a_spherical_pendulum_has_monodromy_around_its_focus():
         lowest = [float(roots([-2, -2 * e, 2, 2 * e - k * k])[2]) for e, k in zip(E, L, strict=True)]
         z0 = np.array([np.arccos(lowest), 0 * L, 0 * L, L])
         cut = fa.poincare_map(
-            model, z0, section=fa.Linear((0.0, 0.0, 1.0, 0.0), 0.0, 0), crossings=3, max_time=60.0, accuracy=1e-8
+            model, z0, section=fa.Hyperplane((0.0, 0.0, 1.0, 0.0), 0.0, 0), crossings=3, max_time=60.0, accuracy=1e-8
         )
         assert (cut.counts >= 3).all()
         low = np.abs(cut.points[0] - z0[0]) < 1e-5
@@ -125,7 +125,7 @@ def on_the_sphere(theta, phi, p_theta, p_phi, times):
 @pytest.mark.parametrize("text", ["sin(theta)**2", "(1 - cos(theta)**2)"])
 def test_no_orbit_passes_through_the_pole_of_its_chart(text):
     """Steps that see nothing of p_phi^2/sin(theta)^2 went to theta < 0 as if there were none."""
-    rows = {"coordinates": "theta phi", "momenta": "p_theta p_phi", "periods": {"phi": "2*pi"}}
+    rows = {"coordinates": "theta phi", "momenta": "p_theta p_phi", "periodic": {"phi": "2*pi"}}
     rows |= {"domain": "1 - cos(theta)**2"} if "cos" in text else {}
     model, passed, failed = fa.hamiltonian(f"(p_theta**2 + p_phi**2/{text})/2 - cos(theta)", **rows), 0, 0
     count = 12
@@ -139,8 +139,8 @@ def test_no_orbit_passes_through_the_pole_of_its_chart(text):
             apart[1] = np.abs((apart[1] + np.pi) % (2 * np.pi) - np.pi)
             close = apart <= 10 * found.sample_error[:, :3, k].T + np.array([1e-12, 1e-9, 1e-12])[:, None]
             assert close.all(), (z0[:, k], accuracy, apart.max())
-        assert set(found.status[~well]) <= {Status.COLLAPSED, Status.NOT_CONVERGED, Status.ENERGY_DRIFT}
-        passed, failed = passed + well.sum(), failed + (found.status == Status.COLLAPSED).sum()
+        assert set(found.status[~well]) <= {Status.OUT_OF_DOMAIN, Status.NOT_CONVERGED, Status.ENERGY_DRIFT}
+        passed, failed = passed + well.sum(), failed + (found.status == Status.OUT_OF_DOMAIN).sum()
     assert passed >= (2 * count if "sin" in text else count)  # the other has a domain that loses its digits
     assert failed >= 4
 
@@ -170,7 +170,7 @@ def test_no_orbit_passes_a_wall_that_its_steps_do_not_see(weak):
     u = E + (u0 - E) * np.cos(2 * time) + x0 * p0 * np.sin(2 * time)
     truth = np.array([np.sqrt(u), (x0 * p0 * np.cos(2 * time) - (u0 - E) * np.sin(2 * time)) / np.sqrt(u)])
     model = fa.hamiltonian("x**2/2 + c/x**2", coordinates="x", c=weak * unit**4)
-    flow, passed = fa.flow("x' = y; y' = -x + 2*c/x**3", c=weak * unit**4), 0
+    flow, passed = fa.ode("x' = y; y' = -x + 2*c/x**3", c=weak * unit**4), 0
     z0, truth = unit * np.array([x0, p0]), unit * truth
     for accuracy, scheme in [(1e-3, None), (1e-9, None), (1e-6, "YOSHIDA4"), (1e-6, "RKN12"), (1e-6, "GAUSS8")]:
         found = fa.integrate(model, z0, time=time, accuracy=accuracy, scheme=scheme)
@@ -191,8 +191,8 @@ def test_a_step_sees_that_it_passes_two_poles():
     model = fa.hamiltonian("c/sin(q - a)**2 + d*tan(q - a)", coordinates="q", c=1e-12, d=1e-13, a=0.3)
     z0 = np.array([RNG.uniform(0.4, 3.0, 16), RNG.uniform(0.2, 3.0, 16) * RNG.choice([-1, 1], 16)])
     for step in (1.7, 6.9):
-        assert (fa.integrate(model, z0, time=69.0, scheme="YOSHIDA4", step=step).status == Status.COLLAPSED).all()
-    assert (fa.integrate(model, z0, time=69.0, accuracy=1e-6).status == Status.COLLAPSED).all()
+        assert (fa.integrate(model, z0, time=69.0, scheme="YOSHIDA4", step=step).status == Status.OUT_OF_DOMAIN).all()
+    assert (fa.integrate(model, z0, time=69.0, accuracy=1e-6).status == Status.OUT_OF_DOMAIN).all()
 
 
 BODIES = {  # V with a pole that moves with g, and what changes its sign there, of phi = [[x, y], [z, u]]
@@ -210,7 +210,7 @@ def test_no_body_passes_a_pole_of_its_potential(kind):
     """Of a formula of D1, D2 or of the elements, by steps in time or transformed; what ends well is DOP853's orbit."""
     text, side = BODIES[kind]
     g, count = float(RNG.uniform(1.1, 1.3)) ** (2 if kind == "radius" else 1), 24
-    body = fa.formula(text, g=g, c=float(10 ** RNG.uniform(-12, -6)))
+    body = fa.affine_body(text, g=g, c=float(10 ** RNG.uniform(-12, -6)))
     z0 = np.array([*RNG.uniform(-0.4, 0.4, (4, count)), *RNG.normal(0, 0.4, (4, count))])
     z0[0] += 1.5
 
@@ -227,7 +227,7 @@ def test_no_body_passes_a_pole_of_its_potential(kind):
         well = found.status == Status.OK
         assert (sides(found.samples) == sides(z0))[..., well].all()
     for found in fixed:
-        assert (found.status == Status.COLLAPSED).any()
+        assert (found.status == Status.OUT_OF_DOMAIN).any()
     well = (truth.status == Status.OK) & (fixed[1].status == Status.OK)
     assert (np.abs(fixed[1].z - truth.z) <= 10 * fixed[1].error + 1e-8)[:, well].all()
 

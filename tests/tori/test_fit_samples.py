@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.tori import Verdict, fit_samples
+from fastaff import Classification
+from fastaff.tori import fit_samples
 
 HH = fa.HenonHeiles()
 
@@ -18,7 +19,7 @@ def test_a_torus_with_known_series():
     q, p = a[:, None] * np.cos(2 * np.pi * theta), -a[:, None] * np.sin(2 * np.pi * theta)
     shear = 0.2 * q[0] ** 2
     found = fit_samples(np.array([q[0], q[1], p[0] + shear, p[1]]), 0.4, coordinates="x y px py")
-    assert found.verdict is Verdict.TORUS
+    assert found.classification is Classification.REGULAR
     order = [int(np.argmin(np.abs(found.nu - value))) for value in nu]
     np.testing.assert_allclose(found.nu[order], nu, rtol=1e-12)
     assert (np.abs(found.nu[order] - nu) <= found.nu_error[order]).all()
@@ -26,7 +27,7 @@ def test_a_torus_with_known_series():
     np.testing.assert_allclose(found.theta0[order], phase, atol=1e-9)
     assert found.prediction_error < 1e-9
     assert np.isnan(found.residual)
-    assert found.body is None
+    assert found.model is None
     assert found.truncated(1).order == 1
 
 
@@ -36,7 +37,7 @@ def test_the_torus_that_the_equations_have():
     own = fa.fit_torus(body, z0, time=400.0)
     orbits = fa.integrate(body, z0, time=600.0, samples=4000, accuracy=1e-11)
     found = fit_samples(orbits)
-    assert found.verdict is own.verdict is Verdict.TORUS
+    assert found.classification is own.classification is Classification.REGULAR
     order = [int(np.argmin(np.abs(found.nu - value))) for value in own.nu]
     assert (np.abs(found.nu[order] - own.nu) <= found.nu_error[order] + own.nu_error).all()
     np.testing.assert_allclose(found.J[order], own.J, rtol=1e-8)
@@ -45,7 +46,7 @@ def test_the_torus_that_the_equations_have():
 def test_chaos_and_what_is_refused():
     chaotic = fa.integrate(HH, [0.0, -0.15, 0.5, 0.1], time=2000.0, samples=8000)
     found = fit_samples(chaotic)
-    assert found.verdict in (Verdict.NOT_A_TORUS, Verdict.UNDECIDED)
+    assert found.classification in (Classification.IRREGULAR, Classification.UNDECIDED)
     assert (found.nu_error == np.inf).all()
     wave = np.array([np.cos(0.3 * np.arange(500)), -np.sin(0.3 * np.arange(500))])
     with pytest.raises(ValueError, match=r"samples must be of one orbit, \(2n, samples\), got 2 orbits"):

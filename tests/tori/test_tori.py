@@ -27,7 +27,7 @@ from fastaff import (
     energy_of_actions,
     from_action_angles,
     integrate,
-    one_variable,
+    univariate,
 )
 from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, from_matrix
 from fastaff.systems.models import Cosine, Oscillator, StackelBody, Zero
@@ -79,12 +79,12 @@ def double_well(x):
 
 
 USER = (
-    (Body(SeparableAlphaBeta(one_variable(quartic), one_variable(bowl)), mu=0.9), ALPHA_BETA),
-    (Body(SeparableRVartheta(one_variable(stretch), one_variable(shear)), mu=1.2), R_VARTHETA),
-    (Body(SeparableElliptic(one_variable(outer), one_variable(inner))), ELLIPTIC),
+    (Body(SeparableAlphaBeta(univariate(quartic), univariate(bowl)), mu=0.9), ALPHA_BETA),
+    (Body(SeparableRVartheta(univariate(stretch), univariate(shear)), mu=1.2), R_VARTHETA),
+    (Body(SeparableElliptic(univariate(outer), univariate(inner))), ELLIPTIC),
 )
 ANGULAR = tuple(
-    (StackelBody(potential, one_variable(around_eta), one_variable(around_gamma), mu=0.9), chart)
+    (StackelBody(potential, univariate(around_eta), univariate(around_gamma), mu=0.9), chart)
     for potential, chart in (
         (Anharmonic(0.9), ALPHA_BETA),
         (Hyperelastic(0.9), R_VARTHETA),
@@ -233,7 +233,7 @@ def test_functions_of_a_coordinate_serve_as_those_of_an_angle():
     z, k = rng.uniform(-0.9, 0.9, (8, 12)), rng.uniform(0.05, 0.2)
     named, plain = (
         action_angles(StackelBody(Harmonic(1.2), V, Zero(), mu=0.9), z)
-        for V in (Cosine(k), one_variable(lambda x: k * np.cos(x)))
+        for V in (Cosine(k), univariate(lambda x: k * np.cos(x)))
     )
     np.testing.assert_array_equal(named.status, plain.status)
     for rows in ("J", "nu", "constants"):
@@ -297,14 +297,14 @@ def test_turning_points_name_the_well():
     """Two wells of V_alpha: the turning points are those of the well an orbit is in, and the orbit stays between
     them.
     """
-    body = Body(SeparableAlphaBeta(one_variable(double_well), Oscillator(1.0)))
+    body = Body(SeparableAlphaBeta(univariate(double_well), Oscillator(1.0)))
     z = np.zeros((8, 2))
     z[0], z[2], z[6], z[7], z[4], z[5] = (0.45, 1.5), 0.3, 0.2, 0.3, 0.1, 0.02
     found = action_angles(body, z)
     found.raise_if_failed()
     low, high = found.turning_points[0]
     assert np.all((low < z[0]) & (z[0] < high))
-    walls = one_variable(lambda x: double_well(x) + 0.0)
+    walls = univariate(lambda x: double_well(x) + 0.0)
     # On the ends p_alpha = 0: H_alpha = V_alpha + p_eta^2/(2 mu alpha^2).
     p_eta = (found.J_eta / (2 * np.pi)) ** 2 / 2
     for end in (low, high):
@@ -319,15 +319,15 @@ def test_several_wells_need_a_hint():
     def wells(x):
         return 2.0 * np.cos(3 * x) + 0.2 * x * x + 0.3 / (x * x)
 
-    body = Body(SeparableAlphaBeta(one_variable(wells), Oscillator(1.0)))
+    body = Body(SeparableAlphaBeta(univariate(wells), Oscillator(1.0)))
     z = np.zeros((8, 2))
     z[0], z[5], z[2], z[7] = (1.1, 3.1), 0.2, 0.3, 0.2
     found = action_angles(body, z)
     found.raise_if_failed()
-    with pytest.raises(ValueError, match=r"near must be given.*wells"):
+    with pytest.raises(ValueError, match=r"guess must be given.*wells"):
         from_action_angles(body, found.J, found.theta)
     for k in range(2):
-        back = from_action_angles(body, found.J[:, k], found.theta[:, k], near=z[:, k])
+        back = from_action_angles(body, found.J[:, k], found.theta[:, k], guess=z[:, k])
         np.testing.assert_allclose(back, z[:, k], atol=1e-11)
 
 
@@ -411,7 +411,7 @@ def test_vanishing_actions():
 
 def test_circular_limit_of_the_quadrature():
     """A narrowing libration: nu goes to its limit smoothly, without noise, though F is a small difference there."""
-    body = Body(SeparableAlphaBeta(one_variable(quartic), one_variable(bowl)))
+    body = Body(SeparableAlphaBeta(univariate(quartic), univariate(bowl)))
     # Circular orbit in plane a at alpha = 1: p_eta^2/mu = V'(1) alpha^3; V'(1) = 0.08 + 1 - 0.6 = 0.48.
     sizes = 10.0 ** -np.arange(1.0, 12.0)
     z = np.zeros((8, sizes.size))
@@ -450,7 +450,7 @@ def test_narrow_shear_next_to_the_wall():
 
 def quartic_spring(strength):
     """x^2/2 + strength x^4 as a function of one variable."""
-    return one_variable(lambda x: 0.5 * x * x + strength * x**4)
+    return univariate(lambda x: 0.5 * x * x + strength * x**4)
 
 
 def test_units_do_not_matter():
@@ -466,10 +466,10 @@ def test_units_do_not_matter():
 
 def test_a_constant_in_the_potential_costs_only_its_digits():
     z = [2.0, 0, 3e-4, 1e-3, 0.1, 1.5, 1e-3, 2e-4]
-    plain = action_angles(Body(SeparableAlphaBeta(Oscillator(1.0), one_variable(lambda x: np.cosh(x)))), z).nu[1, 0]
-    raised = action_angles(
-        Body(SeparableAlphaBeta(Oscillator(1.0), one_variable(lambda x: 1000.0 + np.cosh(x)))), z
-    ).nu[1, 0]
+    plain = action_angles(Body(SeparableAlphaBeta(Oscillator(1.0), univariate(lambda x: np.cosh(x)))), z).nu[1, 0]
+    raised = action_angles(Body(SeparableAlphaBeta(Oscillator(1.0), univariate(lambda x: 1000.0 + np.cosh(x)))), z).nu[
+        1, 0
+    ]
     assert raised == pytest.approx(plain, rel=1e-8)
 
 
@@ -483,7 +483,7 @@ def test_motion_through_the_axis_keeps_its_energy():
 
 
 def test_unbound_motion_has_a_status():
-    falling = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x)), Oscillator(1.0)))
+    falling = Body(SeparableAlphaBeta(univariate(lambda x: -1 / (1 + x * x)), Oscillator(1.0)))
     z = np.array([[1.0, 0, 0.3, 0, 2.0, 0.1, 0.1, 0.2], [1.0, 0, 0.3, 0, 0.1, 0.3, 0.1, 0.2]]).T
     found = action_angles(falling, z)
     assert found.status.tolist() == [Status.UNBOUND, Status.OK]
@@ -523,7 +523,7 @@ def test_narrow_barriers_and_wells_are_seen(width, height):
     feature.
     """
     at, k, mu = 1.17, 1.3, 0.8
-    V = one_variable(lambda x: 0.5 * k * x * x + height * np.exp(-(((x - at) / width) ** 2)))
+    V = univariate(lambda x: 0.5 * k * x * x + height * np.exp(-(((x - at) / width) ** 2)))
     body = Body(SeparableAlphaBeta(V, Oscillator(1.0)), mu=mu)
     for p in (0.5, 1.9):
         z = np.array([0.6, 0.0, 0.3, 0.1, p, 0.4, 0.2, 0.3])
@@ -618,7 +618,7 @@ def test_wrong_input_is_named():
         with pytest.raises((ValueError, TypeError), match=message):
             call()
     # Its wells end: -1/x^2 at infinity would have tori of any action.
-    bounded = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x) ** 2), Oscillator(1.0)))
+    bounded = Body(SeparableAlphaBeta(univariate(lambda x: -1 / (1 + x * x) ** 2), Oscillator(1.0)))
     with pytest.raises(ValueError, match="J must be the actions of a torus: orbit 0"):
         from_action_angles(bounded, [50.0, 1.0, 1.0, 0.5], [0, 0, 0, 0])
     energies = energy_of_actions(bounded, np.array([[50.0, 1.0, 1.0, 0.5], [0.1, 1.0, 1.0, 0.5]]).T)

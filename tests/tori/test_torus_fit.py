@@ -1,4 +1,4 @@
-"""Tori fitted from one orbit: actions against quadrature and closed forms, nu = dE/dJ, verdicts, and the integer
+"""Tori fitted from one orbit: actions against quadrature and closed forms, nu = dE/dJ, classifications, and the integer
 algebra below them.
 """
 
@@ -18,6 +18,7 @@ from fastaff import (
     AlphaTurning,
     Anharmonic,
     Body,
+    Classification,
     Harmonic,
     HeavyTop,
     HenonHeiles,
@@ -29,7 +30,6 @@ from fastaff import (
     frequency_map,
     integrate,
 )
-from fastaff.frequencies import FrequencyKind
 from fastaff.frequencies.integer_lattice import (
     box,
     determinant,
@@ -42,7 +42,7 @@ from fastaff.frequencies.integer_lattice import (
     relations,
 )
 from fastaff.systems.charts import from_matrix
-from fastaff.tori import TorusFit, Verdict, series
+from fastaff.tori import TorusFit, series
 
 # x y z u, p_x p_y p_z p_u
 POINTS = (
@@ -72,7 +72,7 @@ def test_separable_bodies_have_their_own_frequencies_and_actions(body, i):
     vartheta.
     """
     f, z = fitted(body, i, 600.0), point(i)
-    assert f.verdict is Verdict.TORUS
+    assert f.classification is Classification.REGULAR
     assert f.names == ("r", "vartheta", "eta", "gamma")
     truth = frequencies(body, z[:, None])[:, 0]
     np.testing.assert_allclose(f.nu, truth, rtol=0, atol=1e-11)
@@ -87,7 +87,7 @@ def test_the_harmonic_body_is_periodic():
     body = Body(Harmonic(1.3), 0.7)
     f = fitted(body, 0, 150.0)
     omega = np.sqrt(1.3 / 0.7)
-    assert (f.verdict, f.dimension) == (Verdict.RESONANT, 1)
+    assert (f.classification, f.dimension) == (Classification.RESONANT, 1)
     np.testing.assert_allclose(np.abs(f.nu), omega / (2 * np.pi), rtol=1e-12)
     np.testing.assert_allclose(np.abs(f.J), 2 * np.pi * f.energy / omega, rtol=1e-11)
 
@@ -100,7 +100,7 @@ def test_the_anharmonic_body_moves_on_two_tori(i):
     body = Body(Anharmonic(0.9), 1.4)
     f, z = fitted(body, i, 300.0), point(i)
     omega, (E, p_eta, p_gamma) = np.sqrt(0.9 / 1.4), constants(body, z)
-    assert (f.verdict, f.dimension, f.names) == (Verdict.RESONANT, 2, ("eta", "gamma"))
+    assert (f.classification, f.dimension, f.names) == (Classification.RESONANT, 2, ("eta", "gamma"))
     assert [abs(c) for c in f.relations[0]] == [1, 0, 2]
     J_eta = 2 * np.pi * p_eta
     root = np.sqrt(16 * np.pi**2 * 1.4 * 0.9 + J_eta**2)
@@ -118,7 +118,7 @@ def test_neo_hookean_torus():
     """Two constants of motion come out as actions, the series is the orbit, and energy is constant on the torus."""
     z = point(0)
     f = fitted(NEO, 0, 1000.0)
-    assert f.verdict is Verdict.TORUS
+    assert f.classification is Classification.REGULAR
     assert max(f.residual, f.prediction_error) < 1e-9
     np.testing.assert_allclose(f.I[2:], constants(NEO, z)[1:], rtol=1e-9)
     np.testing.assert_allclose(f.evaluate(f.theta0), z, rtol=0, atol=1e-10)
@@ -163,7 +163,7 @@ def test_frequencies_are_the_slopes_of_the_energy(model, z, direction, time):
     """E(J + dJ/2) - E(J - dJ/2) = nu . dJ + O(dJ^3) between neighbouring tori, none of it separable."""
     step = 1e-3 * np.array(direction)
     low, middle, high = (fit_torus(model, z + s * step, time=time) for s in (-1.0, 0.0, 1.0))
-    assert {low.verdict, middle.verdict, high.verdict} == {Verdict.TORUS}
+    assert {low.classification, middle.classification, high.classification} == {Classification.REGULAR}
     assert low.names == middle.names == high.names
     change = (high.nu + low.nu) / 2 @ (high.J - low.J)  # the trapezoid: error of third order
     assert abs(high.energy - low.energy) > 1e-5
@@ -180,7 +180,7 @@ def test_island_chain():
         NEO, energy=1.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1), axes=(np.linspace(0.2, 0.8, 5), [0.0])
     )
     f = fit_torus(NEO, grid.z0[:, 1], time=1000.0)
-    assert f.verdict is Verdict.TORUS
+    assert f.classification is Classification.REGULAR
     np.testing.assert_allclose(f.I[2:], [0.3, 0.2], rtol=1e-10)
 
 
@@ -190,7 +190,7 @@ def test_chaotic_orbits_are_no_tori():
     grid = energy_grid(NEO, energy=3.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1), axes=([0.6], [0.0]))
     body = fit_torus(NEO, grid.z0, time=300.0)
     for f in (henon, body):
-        assert f.verdict is Verdict.NOT_A_TORUS
+        assert f.classification is Classification.IRREGULAR
         assert f.evidence["diffusion"] > 1e-4
         assert f.evidence["megno"] > 5
         assert np.isinf(f.nu_error).all()
@@ -204,18 +204,18 @@ def test_regular_orbits_are_never_called_no_tori(start):
     """Henon-Heiles at E = 0.04 in 14 and 50 periods: too little for the slow beat, which says so; longer ones find
     it.
     """
-    verdicts = [fit_torus(HenonHeiles(), start, time=time).verdict for time in (90.0, 320.0)]
-    assert Verdict.NOT_A_TORUS not in verdicts
+    classifications = [fit_torus(HenonHeiles(), start, time=time).classification for time in (90.0, 320.0)]
+    assert Classification.IRREGULAR not in classifications
 
 
 def test_frequencies_have_the_names_of_a_frequency_map():
-    """Both coordinates of a tube of Hénon and Heiles have the same leading line: the shares of the lines decide, which
+    """Both coordinates of a tube of Hénon and Heiles have the same dominant line: the shares of the lines decide, which
     two programs find equal once in a while.
     """
     z0 = np.random.default_rng(5).normal(0, 0.13, (4, 12))
     mapped = frequency_map(HenonHeiles(), z0, time=2000.0)
-    regular = np.flatnonzero(mapped.kind == FrequencyKind.INDEPENDENT)
-    tubes = np.ptp(mapped.leading[:, regular], axis=0) < 1e-6
+    regular = np.flatnonzero(mapped.classification == Classification.REGULAR)
+    tubes = np.ptp(mapped.dominant[:, regular], axis=0) < 1e-6
     fits = [fit_torus(HenonHeiles(), z0[:, i], time=2000.0) for i in regular]
     same = np.array([np.allclose(fit.nu, mapped.nu[:, i], atol=1e-5) for fit, i in zip(fits, regular, strict=True)])
     assert all(fit.names == mapped.names for fit in fits)
@@ -227,9 +227,9 @@ def test_frequencies_have_the_names_of_a_frequency_map():
 @pytest.mark.parametrize("time", [1e-15, 1e-6, 0.3, 20.0])
 def test_less_than_eight_periods_are_undecided_at_once(time):
     f = fit_torus(HenonHeiles(), REGULAR, time=time)
-    assert f.verdict is Verdict.UNDECIDED
+    assert f.classification is Classification.UNDECIDED
     assert np.isinf(f.nu_error).all()
-    assert 20.0 < f.evidence["longer"] < 80.0
+    assert 20.0 < f.evidence["suggested time"] < 80.0
     assert "may decide" in f.summary()
 
 
@@ -251,7 +251,7 @@ def test_frequency_errors_cover_those_of_the_scheme(run):
     rng = np.random.default_rng(9)
     for a, k in rng.uniform((0.6, 0.3), (1.4, 0.9), (3, 2)):
         f = fit_torus(pair(a, k), 0.5 * rng.standard_normal(4), time=rng.uniform(150.0, 250.0), **run)
-        assert f.verdict is Verdict.TORUS
+        assert f.classification is Classification.REGULAR
         order = np.argsort(f.nu)
         truth = np.sqrt([a, a + 2 * k]) / (2 * np.pi)
         assert (np.abs(f.nu[order] - truth) <= f.nu_error[order] + 1e-15).all()
@@ -262,7 +262,9 @@ def test_failed_orbit():
     """Above E = 1/6 Henon-Heiles orbits escape: no exception, the status is the evidence."""
     f = fit_torus(HenonHeiles(), [0.0, 0.9, 0.3, 0.8], time=100.0)
     assert f.evidence["status"] in (Status.ESCAPED, Status.NONFINITE, Status.ENERGY_DRIFT)
-    assert f.verdict is (Verdict.NOT_A_TORUS if f.evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
+    assert f.classification is (
+        Classification.IRREGULAR if f.evidence["status"] == Status.ESCAPED else Classification.UNDECIDED
+    )
     assert np.isnan(f.J).all()
 
 
@@ -271,11 +273,11 @@ def test_motions_of_few_dimensions():
     rest = np.zeros(8)
     rest[0] = np.sqrt(2.0)
     still = fit_torus(NEO, rest, time=100.0)
-    assert (still.verdict, still.dimension, still.J.shape) == (Verdict.RESONANT, 0, (0,))
+    assert (still.classification, still.dimension, still.J.shape) == (Classification.RESONANT, 0, (0,))
     np.testing.assert_allclose(still.evaluate(np.zeros((0, 3))), np.tile(rest[:, None], 3), atol=1e-12)
     rest[5] = 0.3
     breathing = fit_torus(Body(Hyperelastic()), rest, time=300.0)
-    assert (breathing.verdict, breathing.names) == (Verdict.RESONANT, ("r", "eta"))
+    assert (breathing.classification, breathing.names) == (Classification.RESONANT, ("r", "eta"))
     np.testing.assert_allclose(breathing.I[1], 0.3 * np.sqrt(2.0), rtol=1e-11)
 
 
@@ -301,12 +303,12 @@ def test_another_basis_is_the_same_torus():
         ({"time": 100.0, "z0": np.zeros((4, 2))}, ValueError, "z0"),
         ({"time": 100.0, "z0": [0.0, np.nan, 0.0, 0.0]}, ValueError, "z0"),
         ({"time": 100.0, "scheme": "RK5"}, ValueError, "scheme.*Did you mean RK4"),
-        ({"time": 100.0, "body": Harmonic()}, TypeError, "body"),
+        ({"time": 100.0, "model": Harmonic()}, TypeError, "model"),
     ],
 )
 def test_wrong_input_raises_at_once(kwargs, error, name):
     with pytest.raises(error, match=name):
-        fit_torus(kwargs.pop("body", HenonHeiles()), kwargs.pop("z0", REGULAR), **kwargs)
+        fit_torus(kwargs.pop("model", HenonHeiles()), kwargs.pop("z0", REGULAR), **kwargs)
 
 
 def test_wrong_arguments_of_a_fit_raise():

@@ -9,16 +9,16 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import fastaff as fa
+from fastaff import Classification
 from fastaff.systems.models.maps import FroeschleMap, McMillanMap, OneTurnMap, StandardMap
-from fastaff.tori import Verdict
 
 TURN = 2 * np.pi
 
-PLANE = fa.mapping(
+PLANE = fa.iterated_map(
     "x1 = x0 + a*(x - x0) + b*(p - p0); p1 = p0 + c*(x - x0) + d*(p - p0)", x0=0.1, p0=0.2, a=1.0, b=0.1, c=0.1, d=1.0
 )
 ROWS = "x", "y", "px", "py"
-SPACE = fa.mapping(
+SPACE = fa.iterated_map(
     "; ".join(
         f"{row}1 = {row}0 + " + " + ".join(f"m{i}{j}*({other} - {other}0)" for j, other in enumerate(ROWS))
         for i, row in enumerate(ROWS)
@@ -61,7 +61,7 @@ def test_linear_maps_of_the_plane_in_any_units():
         model = PLANE._replace(x0=centre[0], p0=centre[1], a=M[0, 0], b=M[0, 1], c=M[1, 0], d=M[1, 1])
         own = unit * rng.normal(size=2)
         found = fa.fit_torus(model, centre + S @ own, time=1000)
-        assert found.verdict is Verdict.TORUS, found.summary()
+        assert found.classification is Classification.REGULAR, found.summary()
         ratios.append(error_of(found, nu)[0] / found.nu_error[0])
         far = 1e-15 * np.abs(centre).max() / np.abs(S @ own).max()
         np.testing.assert_allclose(found.J, np.pi * own @ own, rtol=1e-10 + 1e3 * far)
@@ -84,7 +84,7 @@ def test_linear_maps_of_two_planes_that_are_coupled():
         values = {f"m{i}{j}": float(M[i, j]) for i in range(4) for j in range(4)}
         model = SPACE._replace(**values, **{f"{row}0": float(c) for row, c in zip(ROWS, centre)})
         found = fa.fit_torus(model, centre + S @ own, time=2000)
-        assert found.verdict is Verdict.TORUS, found.summary()
+        assert found.classification is Classification.REGULAR, found.summary()
         # The angles may come in any order, and one may be another's sum with it.
         J = np.pi * (own[:2] ** 2 + own[2:] ** 2)
         order = [int(np.argmin(np.abs((found.nu - value + 0.5) % 1 - 0.5))) for value in nu]
@@ -117,7 +117,7 @@ def test_mcmillans_map_against_quadrature(m, z0):
 
     period, shift = back_at(np.array(z0))[0], back_at(np.array([x1, p1]))[0]
     found = fa.fit_torus(McMillanMap(m), z0, time=4096)
-    assert found.verdict is Verdict.TORUS
+    assert found.classification is Classification.REGULAR
     assert error_of(found, shift / period)[0] <= found.nu_error[0] + 1e-12
 
     def root(x):
@@ -151,7 +151,7 @@ def _inner(m, h, x0):
 def test_the_standard_map_winds_librates_and_has_islands():
     model = StandardMap(0.5)
     around = fa.fit_torus(model, [0.2, 2.1], time=4096)
-    assert around.verdict is Verdict.TORUS
+    assert around.classification is Classification.REGULAR
     np.testing.assert_array_equal(around.winding, [[TURN], [0.0]])
     number = fa.frequency_map(model, [0.2, 2.1], time=20000)
     assert abs(around.nu[0] - number.nu[0, 0]) <= around.nu_error[0] + number.error[0, 0]
@@ -168,19 +168,19 @@ def test_the_standard_map_winds_librates_and_has_islands():
     np.testing.assert_allclose(inner.J, higher.J, rtol=1e-10)
     islands = fa.fit_torus(StandardMap(0.8), [np.pi, np.pi + 0.05], time=8192)
     assert islands.islands == 2
-    assert islands.verdict is Verdict.TORUS
+    assert islands.classification is Classification.REGULAR
     path = fa.integrate(StandardMap(0.8), [np.pi, np.pi + 0.05], time=40, samples=20).samples[..., 0].T
     at = islands.evaluate(islands.theta0[:, None] + islands.nu[:, None] * np.arange(2, 42, 2))
     away = at - path
     away[0] -= TURN * np.rint(away[0] / TURN)
     assert np.abs(away).max() < 1e-10
     # A small island: its tune is that of the orbit at its centre.
-    orbit = fa.periodic_orbits(StandardMap(0.8), [np.pi, np.pi], period=2)
+    orbit = fa.periodic_orbits(StandardMap(0.8), [np.pi, np.pi], crossings=2)
     small = fa.fit_torus(StandardMap(0.8), [orbit.z[0, 0] + 1e-4, orbit.z[1, 0]], time=8192)
     exact = np.arccos(1 - 2 * orbit.residue[0]) / TURN / 2
     assert min(abs(small.nu[0] - exact), abs(0.5 - small.nu[0] - exact)) < 1e-6
     chaos = fa.fit_torus(StandardMap(3.0), [0.1, 0.1], time=4096)
-    assert chaos.verdict is Verdict.NOT_A_TORUS
+    assert chaos.classification is Classification.IRREGULAR
     assert np.isinf(chaos.nu_error).all()
 
 
@@ -202,7 +202,7 @@ def test_four_dimensions_have_two_frequencies_and_actions():
     assert (error_of(found, tune.nu[:, 0]) <= found.nu_error + tune.error[:, 0]).all()
     assert found.residual < 1e-8
     both = fa.fit_torus(FroeschleMap(0.05, 0.03, 0.002), [0.1, 0.2, 1.2, 2.3], time=2048)
-    assert both.verdict is Verdict.TORUS
+    assert both.classification is Classification.REGULAR
     np.testing.assert_array_equal(both.winding, TURN * np.eye(4)[:, :2])
     # Frequencies are the derivatives of one function of the actions: dnu_1/dJ_2 = dnu_2/dJ_1.
     shifts = 0.01 * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
@@ -230,7 +230,7 @@ def test_driven_oscillator_in_closed_form():
         off = rng.normal(size=2) * np.abs(a / (k - mass * w * w)) * np.array([1.0, mass * own])
         z0 = [centre[0] + off[0], t0, centre[1] + off[1], 0.0]
         found = fa.fit_torus(model, z0, time=600 * TURN / w)
-        assert found.verdict is Verdict.TORUS, found.summary()
+        assert found.classification is Classification.REGULAR, found.summary()
         assert error_of(found, own / w)[0] <= found.nu_error[0]
         np.testing.assert_allclose(
             found.J[0], np.pi * (off[0] ** 2 * mass * own + off[1] ** 2 / (mass * own)), rtol=1e-8
@@ -244,10 +244,10 @@ def test_fixed_points_short_times_and_words():
     four = fa.fit_torus(PLANE._replace(x0=0.0, p0=0.0, a=0.0, b=1.0, c=-1.0, d=0.0), [0.3, 0.1], time=2000)
     assert (four.dimension, four.islands) == (0, 4)
     short = fa.fit_torus(StandardMap(0.5), [0.2, 2.1], time=50)
-    assert short.verdict is Verdict.UNDECIDED
-    assert short.evidence["longer"] > 50
+    assert short.classification is Classification.UNDECIDED
+    assert short.evidence["suggested time"] > 50
     gone = fa.fit_torus(OneTurnMap(0.28, 0.31, -0.3, 5.0), [1.4, 0.9, 0.0, 0.0], time=1000)
-    assert gone.verdict is Verdict.NOT_A_TORUS
+    assert gone.classification is Classification.IRREGULAR
     with pytest.raises(ValueError, match=r"time of a map must be a whole number of iterates, got 100\.5"):
         fa.fit_torus(StandardMap(0.5), [0.2, 2.1], time=100.5)
     with pytest.raises(ValueError, match="step is for systems in time"):
@@ -258,7 +258,7 @@ def test_fixed_points_short_times_and_words():
 def test_an_angle_of_a_flow_that_goes_round(p0):
     """A pendulum whose inertia depends on its angle: frequency, sense and area under the curve by quadrature."""
     model = fa.hamiltonian(
-        "p**2/2*(1 + a*cos(q/s)) - cos(q/s)", coordinates="q", momenta="p", periods={"q": "2*pi*s"}, a=0.2, s=0.7
+        "p**2/2*(1 + a*cos(q/s)) - cos(q/s)", coordinates="q", momenta="p", periodic={"q": "2*pi*s"}, a=0.2, s=0.7
     )
     energy = float(model.energy(0.2, p0))
 
@@ -267,7 +267,7 @@ def test_an_angle_of_a_flow_that_goes_round(p0):
 
     once = quad(lambda q: 1 / ((1 + 0.2 * np.cos(q / 0.7)) * momentum(q)), 0, TURN * 0.7, epsabs=1e-14)[0]
     found = fa.fit_torus(model, [0.2, p0], time=200.0)
-    assert found.verdict is Verdict.TORUS
+    assert found.classification is Classification.REGULAR
     assert abs(found.nu[0] - np.sign(p0) / once) <= found.nu_error[0] + 1e-14
     np.testing.assert_allclose(found.J, np.sign(p0) * quad(momentum, 0, TURN * 0.7, epsabs=1e-14)[0], rtol=1e-10)
     later = fa.integrate(model, [0.2, p0], time=7.0, accuracy=1e-12).z[:, 0]
@@ -280,7 +280,7 @@ def test_an_azimuth_that_is_in_no_line_goes_round_beside_the_others():
     model, z, truth = shared_systems.spherical(np.random.default_rng(3), 3)
     for k in range(3):
         found = fa.fit_torus(model, z[:, k], time=400.0)
-        assert found.verdict is Verdict.TORUS
+        assert found.classification is Classification.REGULAR
         assert found.names == ("th", "f")
         assert (np.abs(found.nu - truth[:, k]) <= found.nu_error).all()
         np.testing.assert_allclose(found.J[1], TURN * model.s * z[3, k], rtol=1e-10)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ...jobs.system import Model, Surface
+from ...jobs.system import EnergySurface, Model
 from ...jobs.wording import OptionError
 from ...runs.requirements import current_system
 from ..options import HOW, STARTS, WRITTEN, Output, Parameter, pair
@@ -22,12 +22,12 @@ MOST = 4
 def animate(
     *,
     options: Model = Model(),
-    surface: Surface = Surface(),
+    surface: EnergySurface = EnergySurface(),
     start: Annotated[list[str] | None, Parameter(group=STARTS)] = None,
     time: Annotated[float, Parameter(group=HOW)] = 40.0,
     frames: Annotated[int, Parameter(group=HOW)] = 200,
     out: Annotated[Path, Parameter(group=WRITTEN)] = Path("fastaff-animation.gif"),
-    force: Annotated[bool, Parameter(group=WRITTEN)] = False,
+    overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
 ) -> int:
     """Animate motions: a body as the ellipse that it is, with its material lines; a system of two coordinates as a
     point in its potential.
@@ -43,7 +43,7 @@ def animate(
         Frames, 25 a second. [200]
     out
         Path of the animation: .gif, or .mp4 where ffmpeg is installed. [fastaff-animation.gif]
-    force
+    overwrite
         Replace an existing file instead of numbering the new one.
     """
     Output().check()
@@ -68,21 +68,21 @@ def animate(
         title(animation.figure, ", ".join(filter(None, [titled(body), surface_in_words(system, surface)])))
         if "a1" in getattr(body, "coordinates", ()):
             caption(animation.figure, "the unit circle of the material, with eight of its radii and two inner circles")
-    with TerminalProgress("frames") as report:
-        path = plot.save_animation(animation, out, force=force, report=report)
+    with TerminalProgress("frames") as callback:
+        path = plot.save_animation(animation, out, overwrite=overwrite, callback=callback)
     print(path)
     return 0
 
 
-def _starts(body: Any, section: Any, surface: Surface, at: list[tuple[float, float]]) -> tuple[np.ndarray, Any]:
+def _starts(model: Any, section: Any, surface: EnergySurface, at: list[tuple[float, float]]) -> tuple[np.ndarray, Any]:
     """Return phase points (2n, motions) on the energy surface, and the names of the section's coordinates."""
     import fastaff
 
     where = {"section": section, "energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
     if not at:
-        sample = fastaff.energy_sample(body, orbits=1, seed=0, **where)
+        sample = fastaff.energy_sample(model, orbits=1, seed=0, **where)
         return sample.z0, sample.names
-    grids = [fastaff.energy_grid(body, axes=([u], [p]), **where) for u, p in at]
+    grids = [fastaff.energy_grid(model, axes=([u], [p]), **where) for u, p in at]
     return np.concatenate([grid.z0 for grid in grids], axis=1), grids[0].names
 
 

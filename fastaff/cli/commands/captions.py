@@ -20,9 +20,9 @@ from ...systems.models.mechanics import System
 
 def stated(job: Job, plan: JobPlan, z0: np.ndarray | None) -> dict[str, Any]:
     """Return the facts of a job's computation for its file."""
-    body = plan.body
-    surface = job.surface
-    starts = job.starts
+    body = plan.model
+    surface = job.energy_surface
+    starts = job.initial_conditions
     inner = getattr(body, "potential", body)
     return {
         "job": job.text(),
@@ -34,15 +34,15 @@ def stated(job: Job, plan: JobPlan, z0: np.ndarray | None) -> dict[str, Any]:
         "seed": starts.seed if starts.orbits is not None else None,
         "grid": starts.grid,
         "orbits": starts.orbits if z0 is None else z0.shape[1],
-        "range1": starts.range1,
-        "range2": starts.range2,
+        "q_range": starts.q_range,
+        "p_range": starts.p_range,
         **{name: getattr(starts, name) for name in BY_NAME if getattr(starts, name)},
         "rtol": 1e-12,
         "atol": 1e-12,
         "energy_tolerance": None,
         "formula": getattr(inner, "formula", None),
         "domain": getattr(inner, "domain", None),
-        "threads": job.run.threads,
+        "threads": job.options.threads,
         "z0": z0,
     }
 
@@ -70,7 +70,7 @@ def in_words(section: Any, system: System) -> str:
     """Name a section in a caption."""
     turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
     name = type(section).__name__
-    if name in ("Linear", "AngleEquals"):
+    if name in ("Hyperplane", "AngleEquals"):
         row = next(k for k, entry in enumerate(section.normal) if entry)
         return f"{equal(system.row_names[row], section.offset)}, {turn}"
     if name == "Stroboscopic":
@@ -78,20 +78,20 @@ def in_words(section: Any, system: System) -> str:
     return f"${section.label} = {number(getattr(section, 'constant', 0))}$, {turn}"
 
 
-def units(body: Any) -> str:
+def units(model: Any) -> str:
     """Name in a caption the parameters that are 1."""
-    inner = getattr(body, "potential", body)
-    if inner is body or not inner._fields or hasattr(inner, "formula") or inner[0] != 1 or body.mu != 1:
+    inner = getattr(model, "potential", model)
+    if inner is model or not inner._fields or hasattr(inner, "formula") or inner[0] != 1 or model.mu != 1:
         return "units: those of the parameters"
     return rf"units: ${symbol(inner._fields[0])} = \mu = 1$"
 
 
-def titled(body: Any, without: tuple[str, ...] = ()) -> str:
+def titled(model: Any, without: tuple[str, ...] = ()) -> str:
     """Name a body and its parameters in a title."""
-    inner = getattr(body, "potential", body)
+    inner = getattr(model, "potential", model)
     values = [equal(name, value) for name, value in zip(inner._fields, inner) if name not in without]
-    if inner is not body and "mu" not in without:
-        values.append(equal("mu", body.mu))
+    if inner is not model and "mu" not in without:
+        values.append(equal("mu", model.mu))
     text = getattr(inner, "formula", None)
     name = type(inner).__name__
     of = "H" if hasattr(inner, "momenta") else "V"
@@ -152,9 +152,9 @@ def figure_of(panels: int = 1) -> tuple[Any, Any]:
 
 def finish(figure: Any, plan: JobPlan, surface: Any, text: str) -> None:
     """Put title and caption on a figure of orbits."""
-    title(figure, ", ".join(filter(None, [titled(plan.body), surface_in_words(plan.system, surface)])))
+    title(figure, ", ".join(filter(None, [titled(plan.model), surface_in_words(plan.system, surface)])))
     where = "" if plan.section is None else f"section {in_words(plan.section, plan.system)}"
-    caption(figure, "; ".join(filter(None, [where, text, units(plan.body)])))
+    caption(figure, "; ".join(filter(None, [where, text, units(plan.model)])))
 
 
 def title(figure: Any, text: str) -> None:
@@ -177,7 +177,7 @@ PLACES = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 """Where the formats of figures keep the parameters."""
 
 
-def write(figure: Any, stem: Path, ending: str, facts: dict[str, Any], force: bool) -> None:
+def write(figure: Any, stem: Path, ending: str, facts: dict[str, Any], overwrite: bool) -> None:
     """Write a figure with the parameters inside it, whole or not at all; name the file."""
     from ...results.calls import plain
     from ...results.provenance import provenance
@@ -187,6 +187,6 @@ def write(figure: Any, stem: Path, ending: str, facts: dict[str, Any], force: bo
     with styled():
         print(
             write_atomically(
-                stem, ending, lambda path: figure.savefig(path, metadata=said, facecolor="auto"), force=force
+                stem, ending, lambda path: figure.savefig(path, metadata=said, facecolor="auto"), overwrite=overwrite
             )
         )

@@ -12,7 +12,7 @@ from ..stops import Stops, on_stop, say
 
 
 def demo(
-    *, out: Path = Path("fastaff-demo"), quick: bool = False, threads: int | None = None, force: bool = False
+    *, out: Path = Path("fastaff-demo"), quick: bool = False, threads: int | None = None, overwrite: bool = False
 ) -> int:
     """Compute and draw the demonstration: a neo-Hookean body with islands and chaos, and an integrable one beside it.
 
@@ -26,7 +26,7 @@ def demo(
         A small version in seconds.
     threads
         Threads. [all cores]
-    force
+    overwrite
         Replace earlier files instead of numbering the new ones.
     """
     Output().check()
@@ -49,7 +49,7 @@ def demo(
         say(f"compiling once (about {Compilation('demo').expected():.0f} s)")
     try:
         with on_stop(leave):
-            demonstration.run(out, quick, threads=threads, meter=meter, force=force)
+            demonstration.run(out, quick, threads=threads, meter=meter, overwrite=overwrite)
     finally:
         for bar in bars:
             bar.__exit__()

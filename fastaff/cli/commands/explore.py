@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from ...core.names import pairs
-from ...jobs.system import Model, Surface
+from ...jobs.system import EnergySurface, Model
 from ...jobs.wording import OptionError
 from ...runs.requirements import check_given, current_system
 from ...systems.formulas.number import number
@@ -19,13 +19,13 @@ def explore(
     /,
     *,
     options: Model = Model(),
-    surface: Surface = Surface(),
+    surface: EnergySurface = EnergySurface(),
     point: Annotated[list[str] | None, Parameter(group=WHERE)] = None,
     fixed: Annotated[list[str] | None, Parameter(group=WHERE)] = None,
     accuracy: Annotated[float, Parameter(group=HOW)] = 1e-10,
     scheme: Annotated[str | None, Parameter(group=HOW)] = None,
     out: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
-    force: Annotated[bool, Parameter(group=WRITTEN)] = False,
+    overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
 ) -> int:
     """Write the explorer, one HTML file in which a click on a section launches an orbit: no server, network or Python.
 
@@ -49,7 +49,7 @@ def explore(
         forces; GAUSS16]
     out
         Path of the page. [fastaff-explorer.html]
-    force
+    overwrite
         Replace an existing file instead of numbering the new one.
     """
     import fastaff
@@ -62,8 +62,8 @@ def explore(
     mapping = body is not None and system.iterated
     check_given(system, "a page of orbits", "", **{"--energy": surface.energy})
     section = None if body is None else surface.build(system) if mapping else surface.section_of(system)
-    if out is not None and out.exists() and not force:
-        raise OptionError(f"--out {out} exists; --force replaces it")
+    if out is not None and out.exists() and not overwrite:
+        raise OptionError(f"--out {out} exists; --overwrite replaces it")
     path = fastaff.explore(
         body,
         energy=surface.energy,

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.status import Status
-from ...jobs.analyses import INDICATORS, Chaos, Frequencies
+from ...jobs.analyses import INDICATORS, ChaosOptions, FrequencyOptions
 from ...jobs.job import Job, JobPlan
 from ...jobs.wording import OptionError
 from ..options import FigureOptions
@@ -50,11 +50,11 @@ def with_colour(job: Job, colour: str | None) -> Job:
     if name in KNOWN:
         asked = job.chaos_map
         if asked is None:
-            return replace(job, chaos_map=Chaos(indicators=name))
+            return replace(job, chaos_map=ChaosOptions(indicators=name))
         if name not in [entry.name for entry in asked.values()]:
             return replace(job, chaos_map=replace(asked, indicators=f"{asked.indicators},{name}"))
     elif name is not None and (name.startswith(("nu_", "diffusion")) or "/" in name) and job.frequency_map is None:
-        return replace(job, frequency_map=Frequencies())
+        return replace(job, frequency_map=FrequencyOptions())
     return job
 
 
@@ -109,7 +109,7 @@ def section_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
         ax.set(xlabel=f"${plot.symbol(names[0])}$", ylabel=f"${plot.symbol(names[1])}$")
     crossings = f"{int(result.counts.sum())} crossings"
     missing = f"; {drawn.missing} not drawn" if drawn.missing else ""
-    finish(figure, scene.plan, scene.job.surface, f"{scene.outcomes(result)}; {crossings}{missing}")
+    finish(figure, scene.plan, scene.job.energy_surface, f"{scene.outcomes(result)}; {crossings}{missing}")
     return figure
 
 
@@ -119,7 +119,7 @@ def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any
     """
     from ... import plot
 
-    gridded = hasattr(scene.where, "cell")
+    gridded = hasattr(scene.where, "cell_index")
     figure, axes = figure_of(panels=2 if gridded else 1)
     axes = np.atleast_1d(axes)
     values = colours(scene.look, {"frequency_map": result, **found}, "frequency_map")
@@ -134,7 +134,7 @@ def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any
         said += "; none has regular frequencies"
     elif drawn.missing:
         said += f"; {drawn.missing} without regular frequencies, not drawn among these"
-    finish(figure, scene.plan, scene.job.surface, said + ("; grey: without a value" if _grey(values) else ""))
+    finish(figure, scene.plan, scene.job.energy_surface, said + ("; grey: without a value" if _grey(values) else ""))
     return figure
 
 
@@ -166,8 +166,8 @@ def _grey(values: Any) -> bool:
 
 
 def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
-    """Return the figure of a ChaosMap: a panel for each indicator and one for the verdict, or of one colour; None on no
-    section.
+    """Return the figure of a ChaosMap: a panel for each indicator and one for the classification, or of one colour;
+    None on no section.
     """
     from ...plot import chaos as plot_chaos
     from ...plot.starts import plot_starts
@@ -181,7 +181,7 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     if 1 < len(shown) < PANELS:
         shown.append(None)
     if asked is not None:
-        shown = [None if asked == "verdict" else asked]
+        shown = [None if asked == "classification" else asked]
     figure, axes = figure_of(panels=len(shown))
     missing = 0
     for letter, ax, name in zip("abcd", np.atleast_1d(axes).ravel(), shown):
@@ -192,17 +192,17 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
             drawn = plot_starts(scene.where, ax=ax, values=colours(look, {"chaos_map": result, **found}))
         missing = max(missing, drawn.missing)
         if len(shown) > 1:
-            ax.set_title(letter if name else f"{letter}   verdict of all", fontsize=10, loc="left")
+            ax.set_title(letter if name else f"{letter}   classification of all", fontsize=10, loc="left")
     asked_of = scene.job.chaos_map
-    periods = None if asked_of is None else asked_of.returns()
+    returns = None if asked_of is None else asked_of.in_returns()
     said = (
         f"time {result.time:.4g}"
-        + (f" ({periods:g} median returns)" if periods else "")
+        + (f" ({returns:g} median returns)" if returns else "")
         + f"; {result.shares.said()}; {scene.outcomes(result)}"
         + ("; grey: no value" if missing else "")
         + ("; white: beyond the energy" + (" or not computed yet" if scene.waiting else ""))
     )
-    finish(figure, scene.plan, scene.job.surface, said)
+    finish(figure, scene.plan, scene.job.energy_surface, said)
     return figure
 
 
@@ -230,7 +230,7 @@ def captioned(scene: Scene, result: Any) -> Any:
     figure = plain_figure(result)
     if figure is not None:
         status = getattr(result, "status", None)
-        finish(figure, scene.plan, scene.job.surface, "" if status is None else outcomes(status))
+        finish(figure, scene.plan, scene.job.energy_surface, "" if status is None else outcomes(status))
     return figure
 
 

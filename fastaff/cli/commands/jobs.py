@@ -18,8 +18,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...core.interruption import Interrupted
-from ...jobs import running, units
-from ...jobs.analyses import Run
+from ...jobs import chunks, running
+from ...jobs.analyses import RunOptions
 from ...jobs.job import OPTIONS, Job, JobPlan, as_key
 from ...jobs.results import JobResults
 from ...jobs.store import WAITING, Store, is_store
@@ -40,7 +40,7 @@ def run(
     overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
     told: LogOptions = LogOptions(),
 ) -> int:
-    """Run a job, unit by unit, into a store that keeps all finished units; the same command again goes on from there.
+    """Run a job, chunk by chunk, into a store that keeps all finished ones; the same command again goes on from there.
 
     Prints a table of the outcomes of the orbits, which `fastaff status STORE` shows again. Ctrl-C stops within a second
     and prints the command that goes on, as does SIGTERM.
@@ -50,7 +50,7 @@ def run(
     job
         File of the job, TOML; `fastaff frequency-map ... --write-job map.toml` writes one.
     memory
-        Bytes that a unit may take, such as 500MB or 2GiB, which bounds its orbits. [a quarter of the free memory]
+        Bytes that a chunk may take, such as 500MB or 2GiB, which bounds its orbits. [a quarter of the free memory]
     store
         Zarr store of the results. [that of the job's name, .zarr]
     overwrite
@@ -66,7 +66,7 @@ def run(
     if not path.parent.is_dir():
         raise OptionError(f"--store {path}: the folder {path.parent} does not exist")
 
-    _compiled(plan, asked.run, told, str(job))
+    _compiled(plan, asked.options, told, str(job))
 
     def work(**how: Any) -> JobResults:
         return running.run(asked, path, memory=room, overwrite=overwrite, **how)
@@ -84,10 +84,10 @@ def resume(store: Path, /, *, workers: Workers = Workers(), told: LogOptions = L
     """
     _check(workers, told)
     with in_keys(str(store)):
-        begun = units.running(store)
-        if len(units.waiting(begun.store)):
-            units.same_processor(begun.store, workers.other_processor)
-    _compiled(begun.plan, begun.job.run, told, str(store))
+        begun = chunks.running(store)
+        if len(chunks.waiting(begun.store)):
+            chunks.same_processor(begun.store, workers.allow_other_cpu)
+    _compiled(begun.plan, begun.job.options, told, str(store))
     return _watched(store, begun.store.orbits, lambda **how: running.resume(store, **how), workers, told)
 
 
@@ -124,9 +124,9 @@ def rerun(
     """
     _check(workers, told)
     with in_keys(str(store)):
-        begun = units.running(store)
-        units.same_processor(begun.store, workers.other_processor)
-    _compiled(begun.plan, begun.job.run, told, str(store))
+        begun = chunks.running(store)
+        chunks.same_processor(begun.store, workers.allow_other_cpu)
+    _compiled(begun.plan, begun.job.options, told, str(store))
     changed: dict[str, Any] = {"scheme": scheme, "step": step, "accuracy": accuracy, "analyses": analysis}
 
     def work(**how: Any) -> JobResults:
@@ -136,7 +136,7 @@ def rerun(
 
 
 def status(store: Path, /) -> int:
-    """Print the outcomes of the orbits of a job so far: counts and share of each status, errors, the slowest unit.
+    """Print the outcomes of the orbits of a job so far: counts and share of each status, errors, the slowest chunk.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def _check(workers: Workers, told: LogOptions) -> None:
     told.check()
 
 
-def _compiled(plan: JobPlan, options: Run, told: LogOptions, name: str) -> None:
+def _compiled(plan: JobPlan, options: RunOptions, told: LogOptions, name: str) -> None:
     """Compile the kernels that a job needs before its progress is shown."""
     with in_keys(name):
         settled(next(iter(plan.analyses)).replace("_", "-"), plan, options, announce=not told.quiet)
@@ -183,11 +183,11 @@ def _watched(path: Path, orbits: int, work: Callable[..., JobResults], workers: 
     """Run a job, show its progress and outcomes, and return the exit code."""
     finished = float(np.mean(Store(path).finished() != WAITING)) if is_store(path) else 0.0
     bar = JobProgress(orbits, finished, shown=not told.quiet and told.log is None)
-    watch = _log if told.log else bar.watch
+    on_chunk = _log if told.log else bar.on_chunk
     try:
         with _executor(workers, path) as executor, bar:
-            how = {"threads": workers.threads, "other_processor": workers.other_processor}
-            results = work(executor=executor, report=bar, watch=watch, **how)
+            how = {"threads": workers.threads, "allow_other_cpu": workers.allow_other_cpu}
+            results = work(executor=executor, callback=bar, on_chunk=on_chunk, **how)
     except KeyboardInterrupt as stopped:
         if not (isinstance(stopped, Interrupted) or is_store(path)):
             raise
@@ -202,14 +202,14 @@ def _watched(path: Path, orbits: int, work: Callable[..., JobResults], workers: 
     return 0
 
 
-def _log(so_far: running.Progress, unit: Any) -> None:
-    """Print the outcome of a unit, and of the job so far, as a line of JSON."""
-    print(json.dumps({"unit": unit._asdict(), "so_far": so_far._asdict()}), flush=True)
+def _log(so_far: running.Progress, chunk: Any) -> None:
+    """Print the outcome of a chunk, and of the job so far, as a line of JSON."""
+    print(json.dumps({"chunk": chunk._asdict(), "so_far": so_far._asdict()}), flush=True)
 
 
 @contextlib.contextmanager
 def _executor(workers: Workers, path: Path) -> Iterator[Any]:
-    """Yield the executor of the units, None for this process; no process is left behind, even after an error."""
+    """Yield the executor of the chunks, None for this process; no process is left behind, even after an error."""
     from concurrent.futures import ProcessPoolExecutor
 
     if workers.dask is not None:
@@ -227,7 +227,7 @@ def _executor(workers: Workers, path: Path) -> Iterator[Any]:
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():
-                child.kill()  # a unit that is not finished counts as none
+                child.kill()  # a chunk that is not finished counts as none
             raise
         pool.shutdown()
     else:
@@ -247,7 +247,7 @@ def _client(address: str) -> Any:
 
 @contextlib.contextmanager
 def _failing(path: Path) -> Iterator[None]:
-    """Say in one line that workers failed: the results of other units are kept."""
+    """Say in one line that workers failed: the results of other chunks are kept."""
     try:
         yield
     except (ValueError, TypeError, OSError):

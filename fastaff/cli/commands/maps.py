@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ...jobs.analyses import AnalysedOrbits, Run
+from ...jobs.analyses import AnalysedOrbits, RunOptions
 from ...jobs.job import Job, JobPlan
-from ...jobs.launch import Starts, whole
+from ...jobs.launch import InitialConditions, whole
 from ..options import FigureOptions, OutputFiles
 from ..progress import TerminalProgress, compiled, drawing, watched
 from ..stops import say
@@ -20,7 +20,7 @@ from .captions import stated, write
 from .figures import Scene, plain, with_colour
 
 
-def on_grid(starts: Starts, cells: str) -> Starts:
+def on_grid(starts: InitialConditions, cells: str) -> InitialConditions:
     """Return starts, on a grid of so many cells unless they say otherwise."""
     given = starts.grid or starts.orbits or starts.file or starts.by_name
     return starts if given else replace(starts, grid=cells)
@@ -30,11 +30,11 @@ def checked(job: Job) -> JobPlan:
     """Return the plan of a job after all checks that need no computation."""
     plan = job.plan()
     for analysis in plan.analyses.values():
-        analysis.check(job.run)
+        analysis.check(job.options)
     return plan
 
 
-def settled(command: str, plan: JobPlan, run: Run, announce: bool = True) -> dict[str, Any]:
+def settled(command: str, plan: JobPlan, run: RunOptions, announce: bool = True) -> dict[str, Any]:
     """Compile the kernels of a plan, in a thread that Ctrl-C need not wait for; return the options of its analyses."""
     few = plan.few()
     found = {}
@@ -75,7 +75,7 @@ class CommandJob:
         stem = output.stem(f"fastaff-{command}")
         output.check()
         z0, place = whole(plan.launch)
-        options = settled(command, plan, job.run)
+        options = settled(command, plan, job.options)
         scene = Scene(job, plan, plan.launch.placed(z0, place), look=look)
         mine = next(iter(plan.analyses))
         facts = {**stated(job, plan, z0), **vars(plan.analyses[mine]), **options[mine], "place": place, **facts}
@@ -87,10 +87,10 @@ class CommandJob:
         analysis = self.plan.analyses[name]
         result = watched(
             TerminalProgress(analysis.title, self.z0.shape[1]),
-            lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),
+            lambda callback: analysis.compute(orbits, self.settled[name], self.job.options, callback),
             keep,
         )
-        note = self.job.surface.escape(self.plan.system, result.status)
+        note = self.job.energy_surface.escape(self.plan.system, result.status)
         if note and name == next(iter(self.settled)):  # once
             say(f"note: {note}")
         return result
@@ -120,7 +120,7 @@ class CommandJob:
 
         chosen = self.scene.look.colour
         values = colouring(found, None if chosen is None else plain(chosen))
-        return {"colour": values.name, "colour_values": values.values, "colour_limit": values.limit}
+        return {"colour": values.name, "colour_values": values.values, "colour_threshold": values.threshold}
 
     def draw(self, path: Path, figure: Callable[[], Any]) -> int:
         """Name the file of the data, then draw the figure, and return the exit code."""
@@ -130,5 +130,5 @@ class CommandJob:
                 if drawn is None:
                     say("no figure: these points are not those of a section; see fastaff.plot")
                 else:
-                    write(drawn, path.with_suffix(""), self.output.ending, self.facts, self.output.force)
+                    write(drawn, path.with_suffix(""), self.output.ending, self.facts, self.output.overwrite)
         return 0

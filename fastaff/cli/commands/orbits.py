@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ...jobs.analyses import Chaos, Frequencies, Poincare, Run
-from ...jobs.launch import Starts
-from ...jobs.system import LOSING, Model, Surface
+from ...jobs.analyses import ChaosOptions, FrequencyOptions, PoincareOptions, RunOptions
+from ...jobs.launch import InitialConditions
+from ...jobs.system import LOSING, EnergySurface, Model
 from ...jobs.wording import OptionError
 from ..options import HOW, WRITTEN, FigureOptions, OutputFiles, Parameter, job_of
 from ..progress import begun, finished, kept
@@ -24,11 +24,11 @@ from .maps import CommandJob, on_grid
 def poincare(
     *,
     options: Model = Model(),
-    surface: Surface = Surface(),
-    starts: Starts = Starts(),
-    run: Run = Run(),
+    surface: EnergySurface = EnergySurface(),
+    starts: InitialConditions = InitialConditions(),
+    run: RunOptions = RunOptions(),
     output: OutputFiles = OutputFiles(),
-    asked: Poincare = Poincare(),
+    asked: PoincareOptions = PoincareOptions(),
     look: FigureOptions = FigureOptions(),
     no_diffusion: Annotated[bool, Parameter(group=HOW)] = False,
 ) -> int:
@@ -43,12 +43,19 @@ def poincare(
         Do not compute the diffusion; draw in one colour.
     """
     # With a given time the times of return are not known.
-    span = {"periods": 400.0} if asked.max_time is None else {"time": 1200.0}
+    span = {"returns": 400.0} if asked.max_time is None else {"time": 1200.0}
     keeps = all(getattr(options, name) is None for name in LOSING)  # these options make systems without frequencies
     default = keeps and not no_diffusion and (look.colour is None or plain(look.colour) == "diffusion")
-    diffusion = Frequencies(**span) if default else None
+    diffusion = FrequencyOptions(**span) if default else None
     starts = on_grid(starts, "20x20")
-    job = job_of(model=options, surface=surface, starts=starts, run=run, poincare=asked, frequency_map=diffusion)
+    job = job_of(
+        model=options,
+        energy_surface=surface,
+        initial_conditions=starts,
+        options=run,
+        poincare=asked,
+        frequency_map=diffusion,
+    )
     work = CommandJob.begun("poincare", job, output, look)
     if work is None:
         return 0
@@ -82,11 +89,11 @@ def poincare(
 def frequencies(
     *,
     options: Model = Model(),
-    surface: Surface = Surface(),
-    starts: Starts = Starts(),
-    run: Run = Run(),
+    surface: EnergySurface = EnergySurface(),
+    starts: InitialConditions = InitialConditions(),
+    run: RunOptions = RunOptions(),
     output: OutputFiles = OutputFiles(),
-    asked: Frequencies = Frequencies(),
+    asked: FrequencyOptions = FrequencyOptions(),
     look: FigureOptions = FigureOptions(),
     max_order: Annotated[int, Parameter(group=WRITTEN)] = 7,
 ) -> int:
@@ -102,7 +109,7 @@ def frequencies(
         Largest m + n of the resonances m:n to look for. [7]
     """
     starts = on_grid(starts, "40x40")
-    job = job_of(model=options, surface=surface, starts=starts, run=run, frequency_map=asked)
+    job = job_of(model=options, energy_surface=surface, initial_conditions=starts, options=run, frequency_map=asked)
     work = CommandJob.begun("frequency-map", job, output, look, max_order=max_order)
     if work is None:
         return 0
@@ -120,11 +127,11 @@ def frequencies(
 def chaos_map(
     *,
     options: Model = Model(),
-    surface: Surface = Surface(),
-    starts: Starts = Starts(),
-    run: Run = Run(),
+    surface: EnergySurface = EnergySurface(),
+    starts: InitialConditions = InitialConditions(),
+    run: RunOptions = RunOptions(),
     output: OutputFiles = OutputFiles(),
-    asked: Chaos = Chaos(),
+    asked: ChaosOptions = ChaosOptions(),
     look: FigureOptions = FigureOptions(),
     scan: Annotated[list[str] | None, Parameter(group=HOW)] = None,
 ) -> int:
@@ -132,8 +139,8 @@ def chaos_map(
     (--scan).
 
     Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. There is a
-    panel for each indicator and one for the verdict, that of the indicators that decide; it is undecided where they
-    disagree or none decides.
+    panel for each indicator and one for the classification, that of the indicators that decide; it is undecided where
+    they disagree or none decides.
 
     Parameters
     ----------
@@ -145,10 +152,12 @@ def chaos_map(
     if scan:
         if look.given:
             raise OptionError("--colour, --vmin and --vmax belong to maps, not to --scan")
-        job = job_of(model=options, surface=surface, starts=starts, run=run, chaos_map=asked)
+        job = job_of(model=options, energy_surface=surface, initial_conditions=starts, options=run, chaos_map=asked)
         return scans.scanned(scan, job, output)
-    job = job_of(model=options, surface=surface, starts=on_grid(starts, "60x60"), run=run, chaos_map=asked)
-    work = CommandJob.begun("chaos-map", job, output, look, periods=asked.returns())
+    job = job_of(
+        model=options, energy_surface=surface, initial_conditions=on_grid(starts, "60x60"), options=run, chaos_map=asked
+    )
+    work = CommandJob.begun("chaos-map", job, output, look, returns=asked.in_returns())
     if work is None:
         return 0
     work.facts.update(_placed(work.scene.where))
@@ -174,8 +183,8 @@ def _placed(where: Any) -> dict[str, np.ndarray]:
     if hasattr(where, "points"):
         return {"start_points": where.points, "axis_names": where.names}
     return {
-        "cell": where.cell,
-        "forbidden": where.forbidden,
+        "cell_index": where.cell_index,
+        "inaccessible": where.inaccessible,
         "axis_0": where.axes[0],
         "axis_1": where.axes[1],
         "axis_names": where.names,

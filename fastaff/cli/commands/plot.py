@@ -15,7 +15,7 @@ from ...jobs.job import Job
 from ...jobs.results import JobResults
 from ...jobs.store import WAITING, Store, is_store
 from ...jobs.wording import OptionError
-from ...plot.scales import coloured, diffusion_limit
+from ...plot.scales import coloured, diffusion_threshold
 from ..options import FORMATS, WRITTEN, FigureOptions, Output, Parameter
 from .captions import write
 from .figures import Scene, figures_of, plain_figure
@@ -29,7 +29,7 @@ def plot(
     /,
     *,
     out: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
-    force: Annotated[bool, Parameter(group=WRITTEN)] = False,
+    overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
     look: FigureOptions = FigureOptions(),
 ) -> int:
     """Draw the figures of a store of `fastaff run`, finished or not, or of an .npz file of any command.
@@ -40,7 +40,7 @@ def plot(
         Store or file.
     out
         Path of the figure: .png, .pdf or .svg; where there are several the analysis is added. [that of the data, .png]
-    force
+    overwrite
         Replace existing files instead of numbering the new ones.
     """
     Output().check()
@@ -65,7 +65,7 @@ def plot(
     for name, figure in figures.items():
         stem = target.with_suffix("")
         stem = stem if len(figures) == 1 else stem.with_name(f"{stem.name}-{name.replace('_', '-')}")
-        write(figure, stem, target.suffix, facts, force)
+        write(figure, stem, target.suffix, facts, overwrite)
     return 0
 
 
@@ -118,8 +118,8 @@ def _colours(arrays: Any, facts: dict[str, Any]) -> dict[str, Any]:
     """Return the colours that a file holds beside its result."""
     found = {}
     if "diffusion" in arrays and "diffusion_time" in facts:
-        limit = diffusion_limit(float(facts["diffusion_time"]))
-        found["frequency_map"] = coloured("diffusion", arrays["diffusion"], limit)
+        threshold = diffusion_threshold(float(facts["diffusion_time"]))
+        found["frequency_map"] = coloured("diffusion", arrays["diffusion"], threshold)
     if "colour_values" in arrays:
-        found["colour"] = coloured(facts["colour"], arrays["colour_values"], facts["colour_limit"])
+        found["colour"] = coloured(facts["colour"], arrays["colour_values"], facts["colour_threshold"])
     return found

@@ -25,21 +25,21 @@ from .maps import settled
 def scanned(texts: list[str], job: Any, output: OutputFiles) -> int:
     """Compute, save and draw the chaotic fraction over one or two parameters, of the random orbits of a job."""
     body = job.model.build()
-    run = job.run
+    run = job.options
     asked = job.chaos_map
     system = current_system(body)
     axes = Scan(axes=texts).parsed(system)
     job = _at_the_end(axes, job)
-    section = job.surface.build(system)
+    section = job.energy_surface.build(system)
     asked.check(run)
     if output.wrote(replace(job, scan=Scan(axes=texts))):
         return 0
     stem = output.stem("fastaff-chaos-scan")
     output.check()
-    ranges = job.starts.ranges()
+    ranges = job.initial_conditions.ranges()
     if None in ranges and any(ranges):
-        raise OptionError("with --scan give both of --range1 and --range2, or none")
-    work = ScanOfChaos(Cases(axes), job.surface, job.starts, asked)
+        raise OptionError("with --scan give both of --q-range and --p-range, or none")
+    work = ScanOfChaos(Cases(axes), job.energy_surface, job.initial_conditions, asked)
     one, z0 = _some_case(work, body, section)
     plan = JobPlan(system, section, Points(z0), {"chaos_map": asked})
     settled("chaos-map", plan._replace(system=current_system(one)), run)
@@ -47,10 +47,10 @@ def scanned(texts: list[str], job: Any, output: OutputFiles) -> int:
     facts = {
         **stated(job, plan, None),
         **vars(asked),
-        "periods": asked.returns(),
+        "returns": asked.in_returns(),
         "scan": [axis.name for axis in axes],
         "scans": texts,
-        "orbits_per_case": job.starts.orbits,
+        "orbits_per_case": job.initial_conditions.orbits,
         "scheme": run.scheme_value(),
     }
     start = clock.perf_counter()
@@ -68,8 +68,8 @@ def scanned(texts: list[str], job: Any, output: OutputFiles) -> int:
             say(f"{Stops.said()} before any of {cases} cases was finished; nothing is kept")
 
     result = watched(
-        TerminalProgress("chaotic fraction", cases * job.starts.orbits),
-        lambda report: work.fractions(body, section, [axis.values for axis in axes], run, report),
+        TerminalProgress("chaotic fraction", cases * job.initial_conditions.orbits),
+        lambda callback: work.fractions(body, section, [axis.values for axis in axes], run, callback),
         keep,
     )
     seconds = clock.perf_counter() - start
@@ -77,32 +77,36 @@ def scanned(texts: list[str], job: Any, output: OutputFiles) -> int:
     path = save(result, interrupted=False)
     with drawing(path):
         if not output.no_figure:
-            write(scan_figure(result, texts, job), path.with_suffix(""), output.ending, facts, output.force)
+            write(scan_figure(result, texts, job), path.with_suffix(""), output.ending, facts, output.overwrite)
     return 0
 
 
 def _at_the_end(axes: list[Scanned], job: Job) -> Job:
     """Return the job of random orbits at the last value of the energy, where that is scanned."""
-    if job.starts.grid is not None or job.starts.file is not None:
+    if job.initial_conditions.grid is not None or job.initial_conditions.file is not None:
         raise OptionError(
             "--scan takes random starts (--orbits), not --grid or --file: the share of random points is that of the "
             "section's area"
         )
-    surface = job.surface
+    surface = job.energy_surface
     for axis in axes:
         if axis.name == "energy":
             surface = replace(surface, energy=float(axis.values[-1]))
-    return replace(job, surface=surface, starts=replace(job.starts, orbits=job.starts.orbits or ORBITS))
+    return replace(
+        job,
+        energy_surface=surface,
+        initial_conditions=replace(job.initial_conditions, orbits=job.initial_conditions.orbits or ORBITS),
+    )
 
 
-def _some_case(work: ScanOfChaos, body: Any, section: Any) -> tuple[Any, Any]:
+def _some_case(work: ScanOfChaos, model: Any, section: Any) -> tuple[Any, Any]:
     """Return the first case, from the last values on, that has orbits."""
     from ...sections.energy_grid import NotReached
 
     problem: NotReached | None = None
     for number, values in enumerate(itertools.product(*(axis.values[::-1] for axis in work.cases.axes))):
         try:
-            return work.orbits(body, section, values, number)
+            return work.orbits(model, section, values, number)
         except NotReached as empty:
             problem = empty
     raise OptionError(f"no case of the scan has orbits: {problem}")
@@ -113,7 +117,7 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
     from ...plot import chaos as plot_chaos
 
     axes = parsed(texts)
-    surface = job.surface
+    surface = job.energy_surface
     body = job.model.build()
     system = current_system(body)
     section = surface.build(system)

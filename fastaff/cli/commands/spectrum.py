@@ -40,10 +40,10 @@ def energy_levels(
     m: Annotated[str | None, Parameter(group=HOW, allow_leading_hyphen=True)] = None,
     l: Annotated[str | None, Parameter(group=HOW, name="--l", allow_leading_hyphen=True)] = None,
     levels: Annotated[int, Parameter(group=HOW)] = 20,
-    below: Annotated[float | None, Parameter(group=HOW)] = None,
+    max_energy: Annotated[float | None, Parameter(group=HOW)] = None,
     hbar: Annotated[float, Parameter(group=HOW)] = 1.0,
     chart: Annotated[str | None, Parameter(group=HOW)] = None,
-    covering: Annotated[bool, Parameter(group=HOW)] = False,
+    double_cover: Annotated[bool, Parameter(group=HOW)] = False,
     tolerance: Annotated[float | None, Parameter(group=HOW)] = None,
     scan: Annotated[str | None, Parameter(group=HOW)] = None,
     states: Annotated[str | None, Parameter(group=WRITTEN)] = None,
@@ -64,13 +64,13 @@ def energy_levels(
         Vorticity, the same; m + l must be even, and ranges skip the other classes.
     levels
         Levels of each class, or different energies of the whole body. [20]
-    below
+    max_energy
         All levels of the whole body below this energy, instead of --levels.
     hbar
         Planck's constant over 2 pi, in the units of the actions. [1]
     chart
         alpha-beta or r-vartheta, for quantum numbers of bodies that separate in both. [the first]
-    covering
+    double_cover
         Take m + l odd too: functions on the double covering of GL(2,R).
     tolerance
         Relative error of levels that count as converged. [1e-10; 1e-6 where the body does not separate]
@@ -84,15 +84,15 @@ def energy_levels(
     whole("levels", levels, 1)
     body = options.build()
     vibration, separates = _kind(body)
-    _for_bodies(vibration, m, l, chart, below, scan, states, density_chart, covering or None)
-    classes = _classes(m, l, covering)
+    _for_bodies(vibration, m, l, chart, max_energy, scan, states, density_chart, double_cover or None)
+    classes = _classes(m, l, double_cover)
     if chart is not None:
         named("--chart", chart, ("alpha-beta", "r-vartheta"))
     _chart(density_chart)
     if scan is not None and classes is None:
         raise OptionError("--scan needs --m and --l, the classes whose levels are followed")
-    if below is not None and classes is not None:
-        raise OptionError("--below belongs to the whole body; with --m and --l give --levels")
+    if max_energy is not None and classes is not None:
+        raise OptionError("--max-energy belongs to the whole body; with --m and --l give --levels")
     if (states is not None or density_chart is not None) and (classes is None or len(classes) > 1 or scan is not None):
         raise OptionError("--states and --density-chart belong to one class: give --m and --l, one number each")
     _states(states, levels)
@@ -100,7 +100,7 @@ def energy_levels(
     output.check()
     how: dict[str, Any] = {
         "hbar": hbar,
-        "single_valued": not covering,
+        "single_valued": not double_cover,
         "chart": chart,
         "tolerance": (SEPARATED if separates else COUPLED) if tolerance is None else tolerance,
     }
@@ -112,8 +112,8 @@ def energy_levels(
         "spin": m,
         "vorticity": l,
         "levels": levels,
-        "below": below,
-        "covering": covering,
+        "max_energy": max_energy,
+        "double_cover": double_cover,
         **how,
         "scan": scan,
     }
@@ -130,7 +130,7 @@ def energy_levels(
 
     found: list[Any] | None = None
     if classes is None:
-        result = _vibration(body, levels, how, watch) if vibration else _whole(body, levels, below, how, watch)
+        result = _vibration(body, levels, how, watch) if vibration else _whole(body, levels, max_energy, how, watch)
     elif scan is not None:
         result = _scanned(body, classes, levels, scan, how, watch)
     else:
@@ -146,14 +146,14 @@ def energy_levels(
     say(f"{_said(result, classes)}; {clock.perf_counter() - start:.1f} s")
     with drawing(path):
         if not output.no_figure:
-            write(spectrum_figure(result, facts, found), path.with_suffix(""), output.ending, facts, output.force)
+            write(spectrum_figure(result, facts, found), path.with_suffix(""), output.ending, facts, output.overwrite)
     return 0
 
 
 # Options
 
 
-def _classes(m: str | None, l: str | None, covering: bool) -> list[tuple[int, int]] | None:
+def _classes(m: str | None, l: str | None, double_cover: bool) -> list[tuple[int, int]] | None:
     """Return the classes asked for, None for all."""
     if (m is None) != (l is None):
         raise OptionError("give both --m and --l, or neither for the whole body")
@@ -163,9 +163,9 @@ def _classes(m: str | None, l: str | None, covering: bool) -> list[tuple[int, in
     vorticities = _numbers("--l", l)
     if len(spins) == len(vorticities) == 1:
         return [(spins[0], vorticities[0])]
-    found = [(one, other) for one in spins for other in vorticities if covering or (one + other) % 2 == 0]
+    found = [(one, other) for one in spins for other in vorticities if double_cover or (one + other) % 2 == 0]
     if not found:
-        raise OptionError(f"--m {m} and --l {l} have no class with m + l even; --covering takes the others")
+        raise OptionError(f"--m {m} and --l {l} have no class with m + l even; --double-cover takes the others")
     return found
 
 
@@ -204,11 +204,11 @@ def _chart(name: str | None) -> Any:
     return None if name is None else known[named("--density-chart", name, tuple(known))]
 
 
-def _kind(body: Any) -> tuple[bool, bool]:
+def _kind(model: Any) -> tuple[bool, bool]:
     """Return whether a system is a vibration, and whether it is a body that separates."""
     from ...quantum.spectra import spectrum, vibration
 
-    return (True, False) if vibration.vibrates(body) else (False, bool(spectrum.solved_families(body)))
+    return (True, False) if vibration.vibrates(model) else (False, bool(spectrum.solved_families(model)))
 
 
 def _for_bodies(vibration: bool, *given: Any) -> None:
@@ -219,61 +219,61 @@ def _for_bodies(vibration: bool, *given: Any) -> None:
 # Computing
 
 
-def _vibration(body: Any, levels: int, how: dict[str, Any], watch: Watch) -> Any:
+def _vibration(model: Any, levels: int, how: dict[str, Any], watch: Watch) -> Any:
     import fastaff
 
     own = {"count": levels, "hbar": how["hbar"], "tolerance": how["tolerance"]}
-    return watch(lambda report: fastaff.quantum.spectrum(body, **own, report=report), "the others are missing")
+    return watch(lambda callback: fastaff.quantum.spectrum(model, **own, callback=callback), "the others are missing")
 
 
-def _whole(body: Any, levels: int, below: float | None, how: dict[str, Any], watch: Watch) -> Any:
+def _whole(model: Any, levels: int, max_energy: float | None, how: dict[str, Any], watch: Watch) -> Any:
     import fastaff
 
-    asked: dict[str, Any] = {"multiplets": levels} if below is None else {"below": below}
+    asked: dict[str, Any] = {"multiplets": levels} if max_energy is None else {"max_energy": max_energy}
     return watch(
-        lambda report: fastaff.quantum.all_levels(body, **asked, **how, report=report),
+        lambda callback: fastaff.quantum.all_levels(model, **asked, **how, callback=callback),
         "complete below E = {complete_below:.6g}",
     )
 
 
 def _scanned(
-    body: Any, classes: list[tuple[int, int]], levels: int, text: str, how: dict[str, Any], watch: Watch
+    model: Any, classes: list[tuple[int, int]], levels: int, text: str, how: dict[str, Any], watch: Watch
 ) -> Any:
     import fastaff
 
     axis = scans.parsed([text])[0]
-    potential: Any = getattr(body, "potential", None)
+    potential: Any = getattr(model, "potential", None)
     named("--scan", axis.name, (*getattr(potential, "_fields", ()), "mu"))
     m, l = zip(*classes, strict=True)
 
     def make(value: float) -> Any:
         return (
-            body._replace(mu=value)
+            model._replace(mu=value)
             if axis.name == "mu"
-            else body._replace(potential=potential._replace(**{axis.name: value}))
+            else model._replace(potential=potential._replace(**{axis.name: value}))
         )
 
     return watch(
-        lambda report: fastaff.quantum.level_diagram(
-            make, axis.values, m=m, l=l, count=levels, name=axis.name, report=report, **how
+        lambda callback: fastaff.quantum.level_diagram(
+            make, axis.values, m=m, l=l, count=levels, name=axis.name, callback=callback, **how
         ),
         "the others are NaN",
     )
 
 
 def _some(
-    body: Any, classes: list[tuple[int, int]], levels: int, how: dict[str, Any], watch: Watch
+    model: Any, classes: list[tuple[int, int]], levels: int, how: dict[str, Any], watch: Watch
 ) -> tuple[list[Any], Any]:
     """Return the levels of each class, and of all of them."""
     import fastaff
 
     found: list[Any] = []
 
-    def compute(report: TerminalProgress) -> Any:
+    def compute(callback: TerminalProgress) -> Any:
         with partial_result_on_interrupt("spectrum", lambda: fastaff.quantum.level_list(found) if found else None):
             for number, (m, l) in enumerate(classes):
-                found.append(fastaff.quantum.spectrum(body, m=m, l=l, count=levels, **how))
-                report((number + 1) / len(classes))
+                found.append(fastaff.quantum.spectrum(model, m=m, l=l, count=levels, **how))
+                callback((number + 1) / len(classes))
         return fastaff.quantum.level_list(found)
 
     return found, watch(compute, "of the first classes")
@@ -324,7 +324,7 @@ def spectrum_figure(result: Any, facts: dict[str, Any], found: list[Any] | None 
         plot_quantum.plot_spectrum(result, ax=ax)
         text = f"{len(result)} levels; largest error {result.error.max():.0e}"
         return _finish(figure, body, "vibration", text, result.hbar)
-    classes = _classes(facts["spin"], facts["vorticity"], facts["covering"])
+    classes = _classes(facts["spin"], facts["vorticity"], facts["double_cover"])
     if classes is None:
         return _whole_figure(result, body)
     if facts["scan"] is not None:
@@ -338,7 +338,7 @@ def spectrum_figure(result: Any, facts: dict[str, Any], found: list[Any] | None 
     return _classes_figure(found, result, body, states, _chart(facts["density_chart"]))
 
 
-def _whole_figure(levels: Any, body: Any) -> Any:
+def _whole_figure(levels: Any, model: Any) -> Any:
     from ...plot import quantum as plot_quantum
 
     figure, (left, right) = figure_of(panels=2)
@@ -348,20 +348,20 @@ def _whole_figure(levels: Any, body: Any) -> Any:
         f"{levels.E.size} levels, {len(levels.multiplets())} different energies; none is missing below E = "
         f"{levels.complete_below:.6g}"
     )
-    return _finish(figure, body, "all classes", text, levels.hbar)
+    return _finish(figure, model, "all classes", text, levels.hbar)
 
 
-def _diagram_figure(diagram: Any, body: Any, classes: list[tuple[int, int]]) -> Any:
+def _diagram_figure(diagram: Any, model: Any, classes: list[tuple[int, int]]) -> Any:
     from ...plot import quantum as plot_quantum
 
     figure, ax = figure_of()
     plot_quantum.plot_levels(diagram, ax=ax)
     what = f"(m, l) = {classes[0]}" if len(classes) == 1 else f"{len(classes)} classes"
     text = f"{diagram.E.shape[2]} levels of each class; grey: above them; largest error {np.nanmax(diagram.error):.0e}"
-    return _finish(figure, body, what, text, diagram.hbar, without=(diagram.name,))
+    return _finish(figure, model, what, text, diagram.hbar, without=(diagram.name,))
 
 
-def _classes_figure(found: list[Any], levels: Any, body: Any, states: list[int], chart: Any) -> Any:
+def _classes_figure(found: list[Any], levels: Any, model: Any, states: list[int], chart: Any) -> Any:
     """Return the figure of densities of one class, levels against m or l, or over both."""
     from ...plot import quantum as plot_quantum
     from ...quantum.spectra.level_diagram import diagram_of
@@ -370,7 +370,7 @@ def _classes_figure(found: list[Any], levels: Any, body: Any, states: list[int],
     spins = np.unique(m)
     vorticities = np.unique(l)
     if len(found) == 1:
-        return _states_figure(found[0], body, states, chart)
+        return _states_figure(found[0], model, states, chart)
     text = f"{found[0].E.size} levels of each class; largest error {levels.error.max():.0e}"
     figure, ax = figure_of()
     if min(len(spins), len(vorticities)) == 1:
@@ -380,22 +380,22 @@ def _classes_figure(found: list[Any], levels: Any, body: Any, states: list[int],
     else:
         other = f"{len(found)} classes"
         plot_quantum.plot_spectrum(levels, ax=ax)
-    return _finish(figure, body, other, text, levels.hbar)
+    return _finish(figure, model, other, text, levels.hbar)
 
 
-def _states_figure(found: Any, body: Any, states: list[int], chart: Any) -> Any:
+def _states_figure(found: Any, model: Any, states: list[int], chart: Any) -> Any:
     from ...plot import quantum as plot_quantum
 
     figure, axes = figure_of(panels=len(states))
     for ax, k in zip(np.atleast_1d(axes).ravel(), states, strict=True):
         state = found.state(k)
-        plot_quantum.plot_density(state, ax=ax, body=body, chart=chart)
+        plot_quantum.plot_density(state, ax=ax, model=model, chart=chart)
         named_by = ", ".join(f"${_quantum(name)} = {n}$" for name, n in state.numbers.items() if found.separated)
         ax.set_title(
             f"state {k}:  $E$ = {state.energy:.8g}" + (f",  {named_by}" if named_by else ""), fontsize=10, loc="left"
         )
     text = r"white: classical turning curve; dashed: $\det\varphi = 0$ where it is in the frame"
-    return _finish(figure, body, f"(m, l) = ({found.m[0]}, {found.l[0]})", text, found.hbar)
+    return _finish(figure, model, f"(m, l) = ({found.m[0]}, {found.l[0]})", text, found.hbar)
 
 
 def _quantum(name: str) -> str:
@@ -404,8 +404,8 @@ def _quantum(name: str) -> str:
     return f"n_{{{symbol(name.removeprefix('n_'))}}}"
 
 
-def _finish(figure: Any, body: Any, what: str, text: str, hbar: float, without: tuple[str, ...] = ()) -> Any:
+def _finish(figure: Any, model: Any, what: str, text: str, hbar: float, without: tuple[str, ...] = ()) -> Any:
     """Put title and caption on a figure of levels, and return it."""
-    title(figure, rf"{titled(body, without)}, $\hbar$ = {hbar:g}, {what}")
-    caption(figure, f"{text}; {units(body)}")
+    title(figure, rf"{titled(model, without)}, $\hbar$ = {hbar:g}, {what}")
+    caption(figure, f"{text}; {units(model)}")
     return figure

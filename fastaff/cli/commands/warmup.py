@@ -29,7 +29,7 @@ def warmup() -> int:
         "tangent to a section": lambda: fastaff.poincare_map(
             fastaff.HenonHeiles(0.0),
             [0.0, 1.0, 0.0, 0.0],
-            section=fastaff.Linear((0, 1, 0, 0), offset=0.99995),
+            section=fastaff.Hyperplane((0, 1, 0, 0), offset=0.99995),
             crossings=1,
             max_time=20.0,
             step=0.1,

@@ -56,11 +56,11 @@ ROWS = DeviationRows()
 
 class Parts(NamedTuple):
     """First rows of the numbers kept for k vectors of 2n rows and m readings, in order; see `layout`. The caller sets
-    columns, metric, limits and signs.
+    columns, metric, thresholds and signs.
 
     sums (k): S; lengths (k): L; columns, factor (k*k): of the true vectors, and R;
-    metric (2n); readings, half_readings, limits (m); signs (m): 1 where chaos is above the limit, -1 below; detected
-    (m): times of detection, 0 before.
+    metric (2n); readings, half_readings, thresholds (m); signs (m): 1 where chaos is above the threshold, -1 below;
+    detected (m): times of detection, 0 before.
     """
 
     sums: Any
@@ -70,7 +70,7 @@ class Parts(NamedTuple):
     metric: Any
     readings: Any
     half_readings: Any
-    limits: Any
+    thresholds: Any
     signs: Any
     detected: Any
     end: Any
@@ -88,7 +88,7 @@ def layout(n, k, m):
     columns = sums + 2 * k
     metric = columns + 2 * k * k
     readings = metric + 2 * n
-    limits = readings + 2 * m
+    thresholds = readings + 2 * m
     detected = readings + 4 * m
     return Parts(
         sums,
@@ -98,8 +98,8 @@ def layout(n, k, m):
         metric,
         readings,
         readings + m,
-        limits,
-        limits + m,
+        thresholds,
+        thresholds + m,
         detected,
         detected + m,
     )
@@ -279,8 +279,8 @@ def crest(lanes, lengths, due, square, largest):
 
 @jit
 def judge(value, n, k, lanes, orbit, t, memory, out, done):
-    """Keep the values at half time, record the time when each reading first passes its limit, write the history; return
-    the number of lanes that are done.
+    """Keep the values at half time, record the time when each reading first passes its threshold, write the history;
+    return the number of lanes that are done.
     """
     m = int(value.readings)
     sums = int(value.sums)
@@ -300,7 +300,7 @@ def judge(value, n, k, lanes, orbit, t, memory, out, done):
         for j in range(m):
             entry = (at.detected + j) * LANES + i
             sign = memory[(at.signs + j) * LANES + i]
-            beyond = memory[(at.readings + j) * LANES + i] - memory[(at.limits + j) * LANES + i]
+            beyond = memory[(at.readings + j) * LANES + i] - memory[(at.thresholds + j) * LANES + i]
             if memory[entry] == 0.0 and beyond * sign > 0.0:
                 memory[entry] = t[i]
             passed += 1 if memory[entry] > 0.0 else 0

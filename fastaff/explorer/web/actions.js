@@ -244,8 +244,8 @@ export function makeActions(app) {
 
   // What is typed, as the backend takes it.
   function written(system) {
-    const { formula, coordinates, momenta, angles, period } = app.state;
-    return { formula, kind: system.typed ?? system.kind, coordinates, momenta, angles, period };
+    const { formula, coordinates, momenta, periodic, drive_period } = app.state;
+    return { formula, kind: system.typed ?? system.kind, coordinates, momenta, periodic, drive_period };
   }
 
   // A formula is one: give its letters values and hand it over.
@@ -369,7 +369,7 @@ export function makeActions(app) {
       useState(firstState(setup, name), app.before);
     },
     formula(typed) {
-      Object.assign(app.state, typed, { coordinates: typed.coordinates || (typed.period ? "x" : "x y") });
+      Object.assign(app.state, typed, { coordinates: typed.coordinates || (typed.drive_period ? "x" : "x y") });
       for (const name of ["coordinates", "momenta"]) {
         if (app.state[name] && !/^[A-Za-z]\w*([ ,]+[A-Za-z]\w*)?$/.test(app.state[name])) return showWrong(app.panel, "formula", name[0].toUpperCase() + name.slice(1) + " must be one or two names, such as x y.");
       }

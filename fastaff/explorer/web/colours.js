@@ -44,5 +44,5 @@ export function shadeColour(paint, theme) {
 export function plotColours(root) {
   const style = getComputedStyle(root);
   const named = (name) => style.getPropertyValue("--" + name).trim();
-  return { text: named("text"), quiet: named("quiet"), line: named("line"), plot: named("plot"), forbidden: named("forbidden"), accent: named("accent") };
+  return { text: named("text"), quiet: named("quiet"), line: named("line"), plot: named("plot"), inaccessible: named("inaccessible"), accent: named("accent") };
 }

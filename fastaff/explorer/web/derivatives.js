@@ -11,7 +11,7 @@ export class Expressions {
     let found = this.known.get(key);
     if (!found) {
       if (this.known.size >= MOST_PARTS) {
-        throw Object.assign(new Error("formula: its derivatives are too long for the page; fastaff.formula in Python takes it"), { what: "formula" });
+        throw Object.assign(new Error("formula: its derivatives are too long for the page; fastaff.affine_body in Python takes it"), { what: "formula" });
       }
       found = { id: this.known.size, kind, entries };
       this.known.set(key, found);

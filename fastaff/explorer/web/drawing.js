@@ -118,7 +118,7 @@ function readoutAt(app, [x, y]) {
   if (near) {
     section.hover = near;
     const { reading, mark } = near.orbit;
-    said.push("orbit " + mark + (app.root.dataset.kind === "map" ? ", iterate " : ", crossing ") + (near.index + 1) + ": " + reading.verdict);
+    said.push("orbit " + mark + (app.root.dataset.kind === "map" ? ", iterate " : ", crossing ") + (near.index + 1) + ": " + reading.classification);
     if (hasRotation(near.orbit)) said.push("ν = " + shownRotation(reading.rotation));
     if (Number.isFinite(reading.megno)) said.push("MEGNO " + shownNumber(reading.megno, 3));
     if (Number.isFinite(reading.energy_error)) said.push("|ΔE| " + shownNumber(reading.energy_error, 2));

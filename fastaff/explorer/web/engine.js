@@ -225,22 +225,22 @@ export class Tangent {
     if (!kept || t >= 1.02*kept.time) this.history.push({ time: t, megno: this.area/t, decades: this.length/LN10 });
   }
 
-  /** MEGNO's mean, the exponent, and the verdict of both together: as the package's, but regular no sooner than after
+  /** MEGNO's mean, the exponent, and the classification of both together: as the package's, but regular no sooner than after
    * CALM_PERIODS, since nearly half of the orbits that look regular after 20 turn out to be chaotic. */
   reading() {
     const t = this.last;
-    if (!(t > 0)) return { megno: null, lyapunov: null, verdict: "undecided" };
+    if (!(t > 0)) return { megno: null, lyapunov: null, classification: "undecided" };
     const now = { megno: this.area/t, decades: this.length/LN10 };
     let before = null;
     for (const entry of this.history) if (entry.time <= 0.5*t*(1 + 1e-12)) before = entry;
     const phase = this.rate*t, long = phase >= 2*Math.PI*CALM_PERIODS;
-    const verdicts = before ? [
+    const classifications = before ? [
       judged(now.megno > MEGNO_LIMIT, now.megno < 2.5 || now.megno < 0.95*before.megno, long),
       judged(now.decades > 4 + Math.log10(Math.max(phase, 10)), now.decades - before.decades < Math.log10(2) + 0.75, long),
     ] : [];
-    const chaotic = verdicts.includes("chaotic"), regular = verdicts.includes("regular");
-    const verdict = chaotic === regular ? "undecided" : chaotic ? "chaotic" : "regular";
-    return { megno: now.megno, lyapunov: this.length/t, verdict };
+    const chaotic = classifications.includes("chaotic"), regular = classifications.includes("regular");
+    const classification = chaotic === regular ? "undecided" : chaotic ? "chaotic" : "regular";
+    return { megno: now.megno, lyapunov: this.length/t, classification };
   }
 }
 
@@ -301,7 +301,7 @@ export class Orbit {
       if (tangent) system.marchTangent(z, tangent.u, P, a, b, h, 1); else system.march(z, P, a, b, h, 1);
       this.steps++;
       const t = this.steps*h;
-      if (!(system.margin(z, P) > 0)) { this.end(z.every(Number.isFinite) ? "collapsed" : "escaped"); break; }
+      if (!(system.margin(z, P) > 0)) { this.end(z.every(Number.isFinite) ? "out of domain" : "escaped"); break; }
       watch.look(z, t, found);
       if (tangent) tangent.look(t);
       if (this.steps % this.every === 0) this.sample();
@@ -335,8 +335,8 @@ export class Orbit {
 
   /** What is known of the orbit by now. */
   reading() {
-    const own = this.tangent?.reading() ?? { megno: null, lyapunov: null, verdict: "undecided" };
-    if (!this.count || this.status === "escaped" || this.status === "collapsed") own.verdict = "undecided"; // tangent vectors grow on the way out
+    const own = this.tangent?.reading() ?? { megno: null, lyapunov: null, classification: "undecided" };
+    if (!this.count || this.status === "escaped" || this.status === "out of domain") own.classification = "undecided"; // tangent vectors grow on the way out
     const kept = Math.min(this.count, KEPT_FOR_ROTATION);
     if (!(kept < 1.2*(this.read ?? 0)) || this.status !== "running") {
       if (kept !== this.read) this.rotation = rotationNumber(this.points.view(0, 2*kept));

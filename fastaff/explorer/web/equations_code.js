@@ -10,7 +10,7 @@ const TIME = "t", MOST_EQUATIONS = 16, TRIED_PLACES = 200;
 const split = (text) => (text ?? "").split(/[\s,]+/).filter(Boolean);
 
 /** Whether a typed system is one of rates: with momenta in its text, driven, or equations of motion. */
-export function isEquations({ kind, momenta = "", period = "" }) { return kind === "flow" || (kind === "plane" && Boolean(split(momenta).length || period.trim())); }
+export function isEquations({ kind, momenta = "", drive_period = "" }) { return kind === "ode" || (kind === "plane" && Boolean(split(momenta).length || drive_period.trim())); }
 
 /** Throw the sentence for letters of a text without a period that are the time. */
 export function refuseTime(names) {
@@ -18,8 +18,8 @@ export function refuseTime(names) {
 }
 
 /** What is typed: {rows: its variables, names: its parameters, texts, periods, drive}; throws the sentence that says why it is none. */
-export function readEquations({ formula, kind, coordinates = "x y", momenta = "", angles = "", period = "" }) {
-  const driven = Boolean(period.trim()), flow = kind === "flow", sides = flow ? sidesOf(formula) : null;
+export function readEquations({ formula, kind, coordinates = "x y", momenta = "", periodic = "", drive_period = "" }) {
+  const driven = Boolean(drive_period.trim()), flow = kind === "ode", sides = flow ? sidesOf(formula) : null;
   const q = flow ? sides.map(([name]) => name) : split(coordinates), own = split(momenta), wanted = driven ? 1 : 2;
   const p = flow ? [] : own.length || !driven ? own : [`p_${q[0]}`], rows = [...q, ...p];
   if (!flow && q.length !== wanted) throw noMap(`formula: coordinates must be ${wanted} name${driven ? " for a driven system" : "s"} in the page, got ${q.length}; fastaff.hamiltonian in Python takes others`);
@@ -32,10 +32,10 @@ export function readEquations({ formula, kind, coordinates = "x y", momenta = ""
   const join = (found) => { for (const name of found) if (!names.includes(name)) names.push(name); };
   for (const text of texts) join(parametersOf(text, variables, new Set([...RESERVED_NAMES, ...variables])));
   if (!driven) refuseTime(names);
-  const periods = periodsOf(angles, q, names);
-  if (driven) join(parametersOf(period, []));
+  const periods = periodsOf(periodic, q, names);
+  if (driven) join(parametersOf(drive_period, []));
   const programs = texts.map((text) => parseFormula(text, variables, names));
-  return { rows, coordinates: q, momenta: p, names, programs, periods, drive: driven ? parseFormula(period, [], names, "period") : null, flow, whole: own.length > 0 };
+  return { rows, coordinates: q, momenta: p, names, programs, periods, drive: driven ? parseFormula(drive_period, [], names, "drive_period") : null, flow, whole: own.length > 0 };
 }
 
 /** Names and right-hand sides of equations x' = ... or dx/dt = .... */

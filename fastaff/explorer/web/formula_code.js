@@ -14,8 +14,8 @@ function refused(message) { return Object.assign(new Error(message), { what: "fo
 
 /** What a formula is: {names: its parameters}; throws the sentence that says why it is none. */
 export function readFormula(given) {
-  const { formula, kind, coordinates = "x y", angles = "" } = given;
-  if (kind === "map") return readMap({ formula, angles });
+  const { formula, kind, coordinates = "x y", periodic = "" } = given;
+  if (kind === "map") return readMap({ formula, periodic });
   if (isEquations(given)) return readEquations(given);
   const variables = kind === "body" ? BODY_VARIABLES : planeCoordinates(coordinates);
   const names = parametersOf(formula, variables, new Set([...RESERVED_NAMES, ...variables]));
@@ -33,8 +33,8 @@ function planeCoordinates(coordinates) {
 
 /** The record of a system, as Python's model_code, of a formula with values of its parameters (1 where there is none). */
 export function formulaCode(given) {
-  const { formula, kind, coordinates, angles = "", parameters = {} } = given;
-  if (kind === "map") return mapCode({ formula, angles, parameters });
+  const { formula, kind, coordinates, periodic = "", parameters = {} } = given;
+  if (kind === "map") return mapCode({ formula, periodic, parameters });
   if (isEquations(given)) return equationsCode(given);
   const { variables, names } = readFormula({ formula, kind, coordinates });
   const program = parseFormula(formula, variables, names);
@@ -114,7 +114,7 @@ class FormulaTrial {
     if (!this.program.names.some((name) => TURNED.includes(name))) return;
     if (!this.same((a, b) => this.at(a, b, angles(), angles()), (a, b) => this.at(a, b, angles(), angles())).same) {
       throw refused("formula: turning a and b separately changes it, so there are no sections of a body with conserved p_eta and p_gamma; "
-        + "fastaff.formula in Python integrates it");
+        + "fastaff.affine_body in Python integrates it");
     }
   }
 }
@@ -177,7 +177,7 @@ function smoothOnAxis(trial) {
     if (Number.isFinite(on)) finite++;
     else if (Math.abs(near - off) <= 1e-3*(Math.abs(near) + Math.abs(off))) removable++;
   }
-  if (!finite && removable) throw refused("formula: it is 0/0 at beta = 0, though it has a limit there; fastaff.formula in Python takes it");
+  if (!finite && removable) throw refused("formula: it is 0/0 at beta = 0, though it has a limit there; fastaff.affine_body in Python takes it");
   return finite > 0;
 }
 

@@ -11,7 +11,7 @@ export function noMap(message) { return Object.assign(new Error(message), { what
 const shownName = (name) => name.replace(IMAGE, "'");
 
 /** What a text says: {variables, coordinates, momenta, names: its parameters, lines, periods}; throws why it is no map. */
-export function readMap({ formula, angles = "" }) {
+export function readMap({ formula, periodic = "" }) {
   if (formula.length > 4000) throw noMap(`formula must have at most 4000 characters, got ${formula.length}`);
   const suffix = formula.includes("'") ? IMAGE : "1";
   const pieces = formula.replace(/([A-Za-z]\w*)'/g, `$1${IMAGE}`).split(/[;\n]/).map((piece) => piece.trim()).filter(Boolean);
@@ -38,7 +38,7 @@ export function readMap({ formula, angles = "" }) {
     texts.push({ left, right, known: [...known] });
     known.add(left);
   }
-  const { coordinates, momenta } = pairsOf(variables), periods = periodsOf(angles, [...coordinates, ...momenta], names);
+  const { coordinates, momenta } = pairsOf(variables), periods = periodsOf(periodic, [...coordinates, ...momenta], names);
   const lines = texts.map((line) => ({ left: line.left, program: parseFormula(line.right, line.known, names) }));
   return { variables, coordinates, momenta, names, lines, suffix, periods };
 }
@@ -48,7 +48,7 @@ export function periodsOf(text, rows, names) {
   const found = new Map();
   for (const piece of text.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean)) {
     const at = piece.indexOf("="), name = piece.slice(0, at).trim(), value = piece.slice(at + 1).trim();
-    if (at < 0 || !rows.includes(name) || !value) throw noMap(`formula: angles must be NAME=PERIOD of ${rows.join(", ")}, such as ${rows[0]}=2*pi; got '${piece}'`);
+    if (at < 0 || !rows.includes(name) || !value) throw noMap(`formula: periodic must be NAME=PERIOD of ${rows.join(", ")}, such as ${rows[0]}=2*pi; got '${piece}'`);
     for (const one of parametersOf(value, [])) {
       if (rows.includes(one)) throw noMap(`formula: the period of ${name} must be one of letters and numbers, got ${one}`);
       if (!names.includes(one)) names.push(one);
@@ -74,8 +74,8 @@ function pairsOf(variables) {
 }
 
 /** The record of a typed map, as Python's model_code. */
-export function mapCode({ formula, angles = "", parameters = {} }) {
-  const read = readMap({ formula, angles }), { coordinates, momenta, names, lines, suffix, periods } = read;
+export function mapCode({ formula, periodic = "", parameters = {} }) {
+  const read = readMap({ formula, periodic }), { coordinates, momenta, names, lines, suffix, periods } = read;
   const graph = new Expressions(), rows = [...coordinates, ...momenta], n = coordinates.length;
   const values = new Map(names.map((name) => [name, graph.name(name)]));
   rows.forEach((name) => values.set(name, graph.name(`.${name}`)));

@@ -64,7 +64,7 @@ export class MapOrbit {
   /** What is known of the orbit by now. */
   reading() {
     const own = this.tangent.reading();
-    if (this.status === "escaped" || this.status === "lost") own.verdict = "undecided";
+    if (this.status === "escaped" || this.status === "lost") own.classification = "undecided";
     const kept = Math.min(this.count, KEPT_FOR_ROTATION);
     if (!(kept < 1.2*(this.read ?? 0)) || this.status !== "running") {
       if (kept !== this.read) {
@@ -80,7 +80,7 @@ export class MapOrbit {
   }
 
   /** What an angle winds in each iterate, of other planes the turns about the centre or, beside others, the tune; of a chain of
-   * islands with {q, inner}: the turns about its own island in q iterates. */
+   * islands with {q, secondary}: the turns about its own island in q iterates. */
   turning(kept) {
     const { index } = this.plane, k = this.wound.indexOf(index), alone = this.system.n === 1;
     if (k < 0 && !alone) {
@@ -91,7 +91,7 @@ export class MapOrbit {
     const q = whole ? lockedPeriod(whole, kept) : 0;
     if (!q) return whole;
     const visits = this.visits(q, kept, Math.round(q*whole.value), this.turns[k]);
-    return { ...whole, q, inner: alone ? rotationNumber(visits) : tuneOf(visits) };
+    return { ...whole, q, secondary: alone ? rotationNumber(visits) : tuneOf(visits) };
   }
 
   /** The iterates q, 2q, ... of the plane, an angle without the turns that the island makes. */

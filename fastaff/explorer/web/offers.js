@@ -7,7 +7,7 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
   const { orbits, section, setup, part } = app;
   const stem = (system) => system.name.replace(/[^A-Za-z0-9_-]+/g, "-");
 
-  // The lines of [starts] and the files beside the job.
+  // The lines of [initial_conditions] and the files beside the job.
   function saveJob(suffix, starts) {
     const system = systemOf(setup, app.state);
     const name = stem(system) + suffix;
@@ -33,7 +33,7 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
         return fileOfStarts(name + ".npy");
       });
     },
-    "save-grid": () => app.root.hasAttribute("data-driven") || app.root.dataset.kind === "flow" ? notice("A driven system, or a flow, has no grid of starts yet: fill the view and save the job with these orbits.", true) : saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
+    "save-grid": () => app.root.hasAttribute("data-driven") || app.root.dataset.kind === "ode" ? notice("A driven system, or an ODE, has no grid of starts yet: fill the view and save the job with these orbits.", true) : saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
     async "copy-address"() {
       const address = location.href.replace(/#.*$/, "") + "#" + addressOf();
       try {

@@ -6,7 +6,7 @@ const UNDONE = 30; // actions that can be undone
 const QUIET = 50; // natural periods since the last crossing after which an orbit that can leave has left
 
 export function makeOrbits() {
-  return { shown: new Map(), actions: [], next: 1, nextMark: 1, chosen: null, total: 0, paintedBy: "verdict", span: null };
+  return { shown: new Map(), actions: [], next: 1, nextMark: 1, chosen: null, total: 0, paintedBy: "classification", span: null };
 }
 
 // number is what the worker knows it by; mark is what people see, and its colour: an orbit that starts anew on another
@@ -14,7 +14,7 @@ export function makeOrbits() {
 export function newOrbit(number, mark, point) {
   return {
     number, mark, point, z0: null, step: null, points: new Float64Array(256), count: 0, hidden: false, paint: "open",
-    reading: { crossings: 0, time: 0, rotation: null, lyapunov: null, megno: null, verdict: "undecided", energy_error: null, frequencies: null, status: "running" },
+    reading: { crossings: 0, time: 0, rotation: null, lyapunov: null, megno: null, classification: "undecided", energy_error: null, frequencies: null, status: "running" },
   };
 }
 
@@ -87,11 +87,11 @@ export function hasLeft({ reading, count }, opens) {
   return status === "escaped" || (status === "no more crossings" && !count) || (opens && reading.quiet > QUIET);
 }
 
-// How many orbits have each verdict, as a sentence.
+// How many orbits have each classification, as a sentence.
 export function summaryOf(orbits) {
   const counts = { regular: 0, chaotic: 0, undecided: 0 };
-  for (const orbit of orbits.shown.values()) counts[orbit.reading.verdict] = (counts[orbit.reading.verdict] ?? 0) + 1;
-  const parts = Object.entries(counts).filter(([, count]) => count).map(([verdict, count]) => count + " " + verdict);
+  for (const orbit of orbits.shown.values()) counts[orbit.reading.classification] = (counts[orbit.reading.classification] ?? 0) + 1;
+  const parts = Object.entries(counts).filter(([, count]) => count).map(([classification, count]) => count + " " + classification);
   const size = orbits.shown.size;
   return size ? size + (size === 1 ? " orbit" : " orbits") + (parts.length ? " (" + parts.join(", ") + ")" : "") : "no orbits";
 }

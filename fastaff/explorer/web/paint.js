@@ -1,18 +1,18 @@
-// What the colour of an orbit says: its verdict, itself, its rotation number or its MEGNO.
+// What the colour of an orbit says: its classification, itself, its rotation number or its MEGNO.
 
 import { SHADES, shadeColour } from "./colours.js";
 import { hasRotation } from "./orbits.js";
 import { shownNumber } from "./text.js";
 
-export const PAINTS = [["verdict", "verdict"], ["orbit", "orbit"], ["rotation", "rotation number"], ["megno", "MEGNO"]];
+export const PAINTS = [["classification", "classification"], ["orbit", "orbit"], ["rotation", "rotation number"], ["megno", "MEGNO"]];
 
 const MEGNO_SPAN = [Math.log2(1.5), 4]; // 2 is regular; 16 and more has one colour
 
-const isSea = (orbit) => orbit.reading.verdict === "chaotic";
+const isSea = (orbit) => orbit.reading.classification === "chaotic";
 
 function painted(orbit, what) {
   if (what === "megno") return Number.isFinite(orbit.reading.megno) && orbit.reading.megno > 0 ? Math.log2(orbit.reading.megno) : NaN;
-  return what !== "orbit" && hasRotation(orbit) && !(what === "verdict" && isSea(orbit)) ? orbit.reading.rotation.value : NaN;
+  return what !== "orbit" && hasRotation(orbit) && !(what === "classification" && isSea(orbit)) ? orbit.reading.rotation.value : NaN;
 }
 
 // Give all orbits their colours anew; true where one has changed.
@@ -24,7 +24,7 @@ export function repaint(orbits) {
   let changed = false;
   shown.forEach((orbit, k) => {
     const share = high > low ? Math.min(1, Math.max(0, (values[k] - low) / (high - low))) : 0.5;
-    const paint = what === "orbit" ? null : !Number.isNaN(values[k]) ? Math.round(SHADES * share) : what === "verdict" && isSea(orbit) ? "sea" : "open";
+    const paint = what === "orbit" ? null : !Number.isNaN(values[k]) ? Math.round(SHADES * share) : what === "classification" && isSea(orbit) ? "sea" : "open";
     changed ||= paint !== orbit.paint;
     orbit.paint = paint;
   });
@@ -39,7 +39,7 @@ export function showScale(element, orbits, theme) {
   const [low, high] = paintedBy === "megno" ? ["≤ 1.5", "≥ 16"] : span.map((end) => shownNumber(end, 3));
   const [from, bar, to] = element.children;
   from.textContent = (paintedBy === "megno" ? "" : "ν ") + low;
-  to.textContent = high === low ? "" : high + (paintedBy === "verdict" ? ", chaotic grey" : "");
+  to.textContent = high === low ? "" : high + (paintedBy === "classification" ? ", chaotic grey" : "");
   const stops = Array.from({ length: 9 }, (_, k) => shadeColour(Math.round((SHADES * k) / 8), theme));
   bar.style.background = "linear-gradient(to right, " + stops.join(", ") + ")";
 }

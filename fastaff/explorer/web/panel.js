@@ -9,7 +9,7 @@ const WAIT = 140; // milliseconds after the last sign of a formula before it is 
 export function makePanel(part, setup, act) {
   const panel = { part, setup, act, sliders: {}, parameters: {}, constant: null, energyRange: "", typing: false };
   const choices = setup.systems.map((system) => [system.name, system.title]);
-  fillList(part("system"), [...choices, ["your-body", "Your formula: a body"], ["your-plane", "Your formula: H(q, p)"], ["your-map", "Your formula: a map"], ["your-flow", "Your formula: equations"]], "");
+  fillList(part("system"), [...choices, ["your-body", "Your formula: a body"], ["your-plane", "Your formula: H(q, p)"], ["your-map", "Your formula: a map"], ["your-ode", "Your formula: equations"]], "");
   part("system").addEventListener("change", () => act.system(part("system").value));
   let timer = null;
   for (const name of WRITTEN) {
@@ -38,12 +38,12 @@ const HINTS = {
   body: "in D1, D2, alpha, beta, r, vartheta and letters of your own",
   plane: "in the coordinates, momenta, t and letters of your own. Without momenta it is V, and H = p²/2 + V; with a period it is of one coordinate and t.",
   map: "x1 or x' is the image of x; letters of your own. Angles, with their periods, are drawn around 0.",
-  flow: "x' = ... of three variables or more; or x' and p' with t and a period. Friction may be in them.",
+  ode: "x' = ... of three variables or more; or x' and p' with t and a period. Friction may be in them.",
 };
 
-const FORMULA_NAMES = { body: "Potential energy V", plane: "Energy H(q, p), or V(q)", map: "Map", flow: "Equations" };
-export const WRITTEN = ["formula", "coordinates", "momenta", "angles", "period"];
-const ROWS = { body: [], plane: ["coordinates", "momenta", "angles", "period"], map: ["angles"], flow: ["angles", "period"] };
+const FORMULA_NAMES = { body: "Potential energy V", plane: "Energy H(q, p), or V(q)", map: "Map", ode: "Equations" };
+export const WRITTEN = ["formula", "coordinates", "momenta", "periodic", "drive_period"];
+const ROWS = { body: [], plane: ["coordinates", "momenta", "periodic", "drive_period"], map: ["periodic"], ode: ["periodic", "drive_period"] };
 
 // Show a state; the controls of its system are made anew.
 export function showState(panel, state, system) {
@@ -56,7 +56,7 @@ export function showState(panel, state, system) {
   part("formula-hint").textContent = HINTS[kind];
   part("formula-name").textContent = FORMULA_NAMES[kind];
   showParameters(panel, state, system);
-  const names = { body: ["energy", "p_eta", "p_gamma"], plane: ["energy"], map: [], flow: [] }[system.kind];
+  const names = { body: ["energy", "p_eta", "p_gamma"], plane: ["energy"], map: [], ode: [] }[system.kind];
   panel.sliders = Object.fromEntries(names.map((name) => [name, makeSlider({ name: name === "energy" ? "E" : name, value: state[name], ...rangeAbout(state[name], name === "energy" ? 0 : -1.5) }, (value, final) => act.set(name, value, final))]));
   part("surface").replaceChildren(...names.map((name) => panel.sliders[name].row));
   panel.energyRange = "";
@@ -91,7 +91,7 @@ export function showParameters(panel, state, system) {
 
 // Sliders of the rows of a map outside of the plane, at which its orbits start.
 export function showOthers(panel, state, system) {
-  const { part, act } = panel, timeless = system.kind === "map" || system.kind === "flow", rows = timeless ? startsBeside(system, state) : [];
+  const { part, act } = panel, timeless = system.kind === "map" || system.kind === "ode", rows = timeless ? startsBeside(system, state) : [];
   const sliders = rows.map(([name, value]) => makeSlider({ name, value, ...rangeAbout(value, -1) }, (number) => act.other(name, number)));
   if (system.driven) sliders.push(makeSlider({ name: "t", value: state.phase, ...rangeAbout(state.phase, 0) }, (number, final) => act.set("phase", number, final)));
   if (timeless) part("surface").replaceChildren(...sliders.map((slider) => slider.row));

@@ -1,4 +1,4 @@
-// What signals and points of an orbit say: rotation numbers, and the leading frequency of each angle's loop.
+// What signals and points of an orbit say: rotation numbers, and the dominant frequency of each angle's loop.
 
 const SHARPNESS = 30, GOLDEN = (Math.sqrt(5) - 1)/2, ROTATION_SAFETY = 5, LEAST_POINTS = 32, HARMONICS = 16;
 const SPANS = [[0, 1], [0, 0.5], [0.5, 1], [0, GOLDEN], [1 - GOLDEN, 1], [0.2, 0.2 + Math.sqrt(0.4)]];
@@ -100,7 +100,7 @@ export function fundamentalFrequencies(samples, width, interval, names) {
   const values = [], errors = [];
   for (let k = 0; 4*k < width; k++) {
     const loop = (first, count) => loopOf(samples, width, 4*k, first, count);
-    const whole = leading(loop(0, rows)), one = leading(loop(0, rows/2)), other = leading(loop(rows/2, rows/2));
+    const whole = dominant(loop(0, rows)), one = dominant(loop(0, rows/2)), other = dominant(loop(rows/2, rows/2));
     values.push(whole === null ? null : whole/interval);
     const parts = [one, other].map((part) => (part === null ? Infinity : Math.abs(part - whole)));
     errors.push(whole === null ? null : (Math.max(...parts) + 1e-15)/interval);
@@ -141,7 +141,7 @@ function hann(count) {
 }
 
 /** The frequency of the strongest line, in cycles per sample, fitted with the strongest others; null where nothing moves. */
-function leading({ re, im }) {
+function dominant({ re, im }) {
   const count = re.length, restRe = re.slice(), restIm = im.slice(), lines = [];
   const size = Math.max(...[re, im].map((x) => x.reduce((most, y) => Math.max(most, Math.abs(y)), 0)));
   if (!(size > 0)) return null;

@@ -69,24 +69,24 @@ function tomlModel(state, given) {
   return lines;
 }
 
-// A job as TOML. starts: lines of its table [starts]; null where no text describes the system.
+// A job as TOML. starts: lines of its table [initial_conditions]; null where no text describes the system.
 export function jobText(state, system, starts) {
   if (!system.job) return null;
   const crossings = ["[poincare]", "crossings = " + state.crossings, ""];
-  const run = ["[run]", "scheme = " + tomlText(state.scheme), "accuracy = " + String(state.accuracy), ""];
-  if (system.driven) return [...tomlModel(state, system.job), "", "[surface]", "section = " + tomlText("t=" + state.phase), "", "[starts]", ...starts, "", ...run, ...crossings].join("\n");
-  if (system.kind === "map") return [...tomlModel(state, system.job), "", "[starts]", ...starts, "", ...crossings].join("\n");
+  const run = ["[options]", "scheme = " + tomlText(state.scheme), "accuracy = " + String(state.accuracy), ""];
+  if (system.driven) return [...tomlModel(state, system.job), "", "[energy_surface]", "section = " + tomlText("t=" + state.phase), "", "[initial_conditions]", ...starts, "", ...run, ...crossings].join("\n");
+  if (system.kind === "map") return [...tomlModel(state, system.job), "", "[initial_conditions]", ...starts, "", ...crossings].join("\n");
   const section = state.section.replace("=c", "=" + String(state.constant));
   return [
     ...tomlModel(state, system.job),
     "",
-    "[surface]",
+    "[energy_surface]",
     ...(state.energy === null ? [] : ["energy = " + tomlNumber(state.energy)]),
     ...(system.kind === "body" ? ["p_eta = " + tomlNumber(state.p_eta), "p_gamma = " + tomlNumber(state.p_gamma)] : []),
     "section = " + tomlText(section),
     "direction = " + state.direction,
     "",
-    "[starts]",
+    "[initial_conditions]",
     ...starts,
     "",
     ...run,
@@ -109,7 +109,7 @@ export function planeOfStarts(view, cells, state, periods) {
 
 export function gridOfStarts(view, cells) {
   const range = (low, high) => tomlText(low + ":" + high);
-  return ["grid = " + tomlText(cells + "x" + cells), "range1 = " + range(view[0], view[1]), "range2 = " + range(view[2], view[3])];
+  return ["grid = " + tomlText(cells + "x" + cells), "q_range = " + range(view[0], view[1]), "p_range = " + range(view[2], view[3])];
 }
 
 // Phase points as an .npy file (NumPy's format 1.0): float64, (2n, orbits), rows one after another.

@@ -8,19 +8,19 @@ const NUMBER = /^[+-]?(\d{1,17}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,3})?$/;
 const NAME = /^[A-Za-z][A-Za-z0-9_]{0,31}$/;
 const FORMULA = /^[\w\s+\-*/().,^]{1,600}$/;
 const MAP_TEXT = /^[\w\s+\-*/().,^=;']{1,600}$/;
-const ANGLES = /^[\w\s+\-*/().,=;]{0,200}$/;
+const PERIODIC = /^[\w\s+\-*/().,=;]{0,200}$/;
 const COORDINATES = /^[A-Za-z]\w{0,15}([ ,]+[A-Za-z]\w{0,15})?$/;
-const TYPED = ["coordinates", "momenta", "angles", "period"]; // what is typed beside a formula
+const TYPED = ["coordinates", "momenta", "periodic", "drive_period"]; // what is typed beside a formula
 const MOST_POINTS = 400;
 const MAP_ITERATES = 2000; // of an orbit of a map: regular is said after 200 natural periods, each of 2 pi iterates
 
-export const OWN = { "your-body": "body", "your-plane": "plane", "your-map": "map", "your-flow": "flow" };
+export const OWN = { "your-body": "body", "your-plane": "plane", "your-map": "map", "your-ode": "ode" };
 
 const OWN_SECTIONS = {
   body: [{ name: "alpha-turning", constant: null }, { name: "beta-turning", constant: null }, { name: "alpha=c", constant: 1.5 }, { name: "beta=c", constant: 0.3 }, { name: "area=c", constant: 1 }],
 };
 
-export const OWN_FORMULAS = { body: "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", plane: "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)", map: "p1 = p + K*sin(x); x1 = x + p1", flow: "x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z" };
+export const OWN_FORMULAS = { body: "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", plane: "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)", map: "p1 = p + K*sin(x); x1 = x + p1", ode: "x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z" };
 
 // Coordinates and momenta of a typed map; x and p of what is none.
 const lastRead = { text: null, found: null };
@@ -44,7 +44,7 @@ export function startsBeside(system, state) {
 
 // Where rows start beside what is seen: all rows of a flow, of a map those of more than one plane.
 export function othersOf({ kind, coordinates, momenta = [] }) {
-  const rows = kind === "flow" ? coordinates : kind === "map" && coordinates.length > 1 ? [...coordinates, ...momenta] : [];
+  const rows = kind === "ode" ? coordinates : kind === "map" && coordinates.length > 1 ? [...coordinates, ...momenta] : [];
   return Object.fromEntries(rows.map((row) => [row, 0]));
 }
 
@@ -54,28 +54,28 @@ export function systemOf(setup, state) {
   if (!kind) return setup.systems.find((system) => system.name === state.system);
   if (kind === "map") {
     const { coordinates, momenta } = rowsOf(state.formula), sections = coordinates.map((name, i) => ({ name: name + "," + momenta[i], constant: null }));
-    const angles = state.angles.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean);
-    const job = { map: state.formula, ...(angles.length ? { angles } : {}) };
+    const periodic = state.periodic.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean);
+    const job = { map: state.formula, ...(periodic.length ? { periodic } : {}) };
     return { name: state.system, title: "Your map", formula: shownFormula(state.formula), kind, own: true, coordinates, momenta, parameters: [], sections, job };
   }
   const job = jobOf(kind, state), common = { name: state.system, own: true, parameters: [], job };
   if (kind === "body") return { ...common, title: "Your formula", formula: "V = " + shownFormula(state.formula), kind, coordinates: [], sections: OWN_SECTIONS.body };
-  const names = kind === "flow" ? variablesOf(state.formula) : namesIn(state.coordinates), written = namesIn(state.momenta), driven = state.period !== "";
-  const momenta = kind === "flow" ? names.slice(1, 2) : written.length ? written : names.map((name) => "p_" + name);
-  const symbol = kind === "flow" ? "" : written.length ? "H = " : "V = ", title = kind === "flow" ? "Your equations" : "Your formula";
-  const said = { ...common, title, formula: symbol + shownFormula(state.formula) + (driven ? ", period " + shownFormula(state.period) : ""), rates: isEquations({ ...state, kind }) };
+  const names = kind === "ode" ? variablesOf(state.formula) : namesIn(state.coordinates), written = namesIn(state.momenta), driven = state.drive_period !== "";
+  const momenta = kind === "ode" ? names.slice(1, 2) : written.length ? written : names.map((name) => "p_" + name);
+  const symbol = kind === "ode" ? "" : written.length ? "H = " : "V = ", title = kind === "ode" ? "Your equations" : "Your formula";
+  const said = { ...common, title, formula: symbol + shownFormula(state.formula) + (driven ? ", period " + shownFormula(state.drive_period) : ""), rates: isEquations({ ...state, kind }) };
   if (driven) return { ...said, kind: "map", typed: kind, driven: true, coordinates: names.slice(0, 1), momenta: momenta.slice(0, 1), sections: [{ name: names[0] + "," + momenta[0], constant: null }] };
-  return { ...said, kind, typed: kind, coordinates: names, momenta: kind === "flow" ? [] : momenta, sections: names.map((name) => ({ name: name + "=c", constant: 0 })) };
+  return { ...said, kind, typed: kind, coordinates: names, momenta: kind === "ode" ? [] : momenta, sections: names.map((name) => ({ name: name + "=c", constant: 0 })) };
 }
 
 const namesIn = (text) => text.split(/[ ,]+/).filter(Boolean);
 
 // What a typed system is in a job file; null where a job has no such.
-function jobOf(kind, { formula, coordinates, momenta, angles, period }) {
+function jobOf(kind, { formula, coordinates, momenta, periodic, drive_period }) {
   if (kind === "body") return { formula };
-  if (kind === "flow") return period ? null : { flow: formula };
-  const beside = { ...(namesIn(momenta).length ? { momenta: namesIn(momenta).join(" ") } : {}), ...(angles ? { angles: angles.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean) } : {}) };
-  return { hamiltonian: formula, coordinates: namesIn(coordinates).join(" "), ...beside, ...(period ? { period } : {}) };
+  if (kind === "ode") return drive_period ? null : { ode: formula };
+  const beside = { ...(namesIn(momenta).length ? { momenta: namesIn(momenta).join(" ") } : {}), ...(periodic ? { periodic: periodic.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean) } : {}) };
+  return { hamiltonian: formula, coordinates: namesIn(coordinates).join(" "), ...beside, ...(drive_period ? { drive_period } : {}) };
 }
 
 // The variables of typed equations, x y z of what is none.
@@ -96,15 +96,15 @@ export function schemesFor(setup, system) {
 // The state that a system begins with.
 export function firstState(setup, name) {
   const start = setup.start ?? {};
-  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", momenta: "", angles: "", period: "", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
+  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", momenta: "", periodic: "", drive_period: "", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
   const kind = OWN[name];
   if (kind === "map") {
     const own = { energy: null, p_eta: 0, p_gamma: 0, section: "x,p", constant: null, others: {}, view: null, points: null };
-    return { ...common, ...own, crossings: start.crossings ?? MAP_ITERATES, system: name, formula: OWN_FORMULAS.map, angles: "x=2*pi", parameters: { K: 0.9 } };
+    return { ...common, ...own, crossings: start.crossings ?? MAP_ITERATES, system: name, formula: OWN_FORMULAS.map, periodic: "x=2*pi", parameters: { K: 0.9 } };
   }
-  if (kind === "flow") {
+  if (kind === "ode") {
     const own = { energy: null, p_eta: 0, p_gamma: 0, section: "z=c", constant: 27, others: {}, view: null, points: null };
-    return { ...common, ...own, scheme: "GAUSS16", system: name, formula: OWN_FORMULAS.flow, parameters: { s: 10, r: 28, b: 2.667 } };
+    return { ...common, ...own, scheme: "GAUSS16", system: name, formula: OWN_FORMULAS.ode, parameters: { s: 10, r: 28, b: 2.667 } };
   }
   if (kind) {
     const values = kind === "body" ? { G: 1, K: 2 } : { lam: 1 };
@@ -138,7 +138,7 @@ const isNumeric = (value) => typeof value === "number";
 export function hashOf(state, startPoints, view) {
   const parts = [["system", state.system]], isMap = state.energy === null;
   if (OWN[state.system]) parts.push(["formula", state.formula]);
-  const typed = { plane: TYPED, map: ["angles"], flow: ["angles", "period"] }[OWN[state.system]] ?? [];
+  const typed = { plane: TYPED, map: ["periodic"], ode: ["periodic", "drive_period"] }[OWN[state.system]] ?? [];
   for (const name of typed) if (state[name]) parts.push([name, state[name]]);
   for (const [name, value] of Object.entries(state.parameters)) parts.push(["parameter." + name, value]);
   const isFlow = isMap && state.constant !== null;
@@ -160,7 +160,7 @@ export function settle(setup, state, system) {
   if (!schemesFor(setup, system).some((scheme) => scheme.name === state.scheme)) state.scheme = usualScheme(setup, system);
   if (system.driven) state.phase ??= 0;
   else if (system.own) state.phase = null;
-  const timeless = system.kind === "map" || system.kind === "flow";
+  const timeless = system.kind === "map" || system.kind === "ode";
   if (timeless) state.energy = null;
   else state.energy ??= 1;
   return known && same;
@@ -195,18 +195,18 @@ export function readHash(setup, text) {
   const isNumber = (value) => NUMBER.test(value) && Number.isFinite(Number(value));
   if (OWN[state.system]) {
     const isMap = OWN[state.system] === "map";
-    const equations = isMap || OWN[state.system] === "flow";
-    if (given.has("formula")) Object.assign(state, { angles: "", momenta: "", period: "" });
-    read("angles", (value) => ANGLES.test(value), String);
+    const equations = isMap || OWN[state.system] === "ode";
+    if (given.has("formula")) Object.assign(state, { periodic: "", momenta: "", drive_period: "" });
+    read("periodic", (value) => PERIODIC.test(value), String);
     read("formula", (value) => (equations ? MAP_TEXT : FORMULA).test(value), String);
     for (const name of ["coordinates", "momenta"]) read(name, (value) => COORDINATES.test(value), String);
-    read("period", (value) => FORMULA.test(value), String);
+    read("drive_period", (value) => FORMULA.test(value), String);
     if (given.size && [...given.keys()].some((key) => key.startsWith("parameter."))) state.parameters = {};
   }
   const system = systemOf(setup, state);
   const hadConstant = given.has("constant") || !given.has("section");
   if (OWN[state.system]) settle(setup, state, system);
-  for (const key of { map: system.driven ? ["phase"] : [], flow: ["constant"] }[system.kind] ?? ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
+  for (const key of { map: system.driven ? ["phase"] : [], ode: ["constant"] }[system.kind] ?? ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
   for (const row of Object.keys(state.others ?? {})) {
     const key = "start." + row;
     if (given.has(key) && isNumber(given.get(key))) state.others[row] = Number(given.get(key));

@@ -77,7 +77,7 @@ function fillRow(row, orbit, isChosen, theme) {
   put(row.cells[4], hasRotation(orbit) ? shownRotation(reading.rotation) : "–");
   put(row.cells[5], shownNumber(reading.lyapunov, 3));
   put(row.cells[6], shownNumber(reading.megno, 3));
-  put(row.cells[1], reading.verdict ?? "–");
+  put(row.cells[1], reading.classification ?? "–");
   put(row.cells[7], shownNumber(reading.energy_error, 2));
   put(row.cells[8], (reading.status ?? "").toLowerCase().replaceAll("_", " ").replace("no more crossings", "ended"));
   const [more, hide, forget] = row.cells[9].querySelectorAll("button");

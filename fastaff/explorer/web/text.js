@@ -32,10 +32,10 @@ export function shownWithError(value, error) {
 }
 
 // A rotation number; of a chain of islands as the fraction that it is, with the turns about its own island.
-export function shownRotation({ value, error, q, inner }) {
-  if (!q || !inner || !(inner.error < 0.05)) return shownWithError(value, error);
+export function shownRotation({ value, error, q, secondary }) {
+  if (!q || !secondary || !(secondary.error < 0.05)) return shownWithError(value, error);
   const p = Math.round(q * value);
-  return (p < 0 ? MINUS : "") + Math.abs(p) + "/" + q + " · " + shownWithError(Math.abs(inner.value), inner.error);
+  return (p < 0 ? MINUS : "") + Math.abs(p) + "/" + q + " · " + shownWithError(Math.abs(secondary.value), secondary.error);
 }
 
 // A number as it is typed and stored: the shortest text that reads back the same.

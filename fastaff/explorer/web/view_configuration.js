@@ -59,7 +59,7 @@ function drawStill(view, { kind, motion, orbit, theme, colours }, extent) {
   ctx.scale(canvas.width / frame.width, canvas.height / frame.height);
   ctx.save();
   clipToInner(ctx, frame);
-  ctx.fillStyle = view.region ? colours.forbidden : colours.plot;
+  ctx.fillStyle = view.region ? colours.inaccessible : colours.plot;
   ctx.fillRect(0, 0, frame.width, frame.height);
   if (view.region) drawExtent(ctx, frame, regionPicture(view, theme, colours), extent, true);
   if (orbit) {

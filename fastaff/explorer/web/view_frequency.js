@@ -75,7 +75,7 @@ function drawOrbit(ctx, frame, orbit, [u, v, du, dv], isChosen, theme, colours) 
   ctx.stroke();
   ctx.beginPath();
   ctx.arc(x, y, isChosen ? 5.5 : 3.2, 0, 2 * Math.PI);
-  if (orbit.reading.verdict === "chaotic") ctx.stroke();
+  if (orbit.reading.classification === "chaotic") ctx.stroke();
   else ctx.fill();
   if (!isChosen) return;
   ctx.strokeStyle = colours.text;

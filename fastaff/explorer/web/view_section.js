@@ -140,7 +140,7 @@ export function drawSection(section, { orbits, background, state, theme, colours
   let more = false;
   ctx.save();
   clipToInner(ctx, frame);
-  ctx.fillStyle = surface ? colours.forbidden : colours.plot;
+  ctx.fillStyle = surface ? colours.inaccessible : colours.plot;
   ctx.fillRect(inner.x, inner.y, inner.width, inner.height);
   if (surface?.open) drawOpen(ctx, frame, surface.periods, colours.plot);
   else if (surface) fillRegion(ctx, frame, section.region, colours.plot);

@@ -101,8 +101,8 @@ def size_of_tail(spectrum):
 
 @jit
 def rank_lines(lines, moving, limits, values, bars):
-    """Write frequencies and bars of the lines that belong to the lattice, the leading ones first, then the others by
-    size; return their number, 0 where a loop's leading line is not sharp: sharper ones may be its multiples.
+    """Write frequencies and bars of the lines that belong to the lattice, the dominant ones first, then the others by
+    size; return their number, 0 where a loop's dominant line is not sharp: sharper ones may be its multiples.
     """
     value, bar, strength = lines
     used = 0
@@ -125,7 +125,7 @@ def rank_lines(lines, moving, limits, values, bars):
 @jit
 def unexplained(lines, moving, limits, nu, bars, rank, vectors, samples):
     """Return the relative size of the largest line that generators do not explain, or of which they are multiples; 1
-    for a leading line.
+    for a dominant line.
     """
     (value, bar, strength) = lines
     (tables, sizes) = vectors
@@ -236,7 +236,7 @@ def find_lattice(unit, stop, progress, spectra, bands, order, limits, vectors, f
         if rank > 0:
             strange = unexplained(own, moving, limits, nu, spread, rank, vectors, float(samples))
         found.strange[unit] = strange
-        # Where a leading line is not sharp, more lines do not tell more.
+        # Where a dominant line is not sharp, more lines do not tell more.
         if used == 0 or (rank == some and strange == 0.0):
             break
     progress[unit] = 1.0

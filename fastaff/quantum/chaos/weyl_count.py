@@ -46,7 +46,7 @@ class _Well(NamedTuple):
     which these are looked for.
     """
 
-    body: Any
+    model: Any
     p_eta: float
     p_gamma: float
     theta: np.ndarray = np.empty(0)
@@ -60,18 +60,18 @@ class _Well(NamedTuple):
         A = (rho * np.cos(theta)) ** 2
         B = (rho * np.sin(theta)) ** 2
         with np.errstate(all="ignore"):
-            V = potential(self.body, A, B)
+            V = potential(self.model, A, B)
             for square, p in ((A, self.p_eta), (B, self.p_gamma)):
-                V = V + p * p / (2 * self.body.mu * square) if p else V
+                V = V + p * p / (2 * self.model.mu * square) if p else V
         return V
 
 
-def _well(body: Any, p_eta: float, p_gamma: float, top: float, features: tuple[Panels, Panels] | None = None) -> _Well:
+def _well(model: Any, p_eta: float, p_gamma: float, top: float, features: tuple[Panels, Panels] | None = None) -> _Well:
     """Return the well of a class with its tables for energies up to `top`; features: those of the body, if known."""
-    well = _Well(body, p_eta, p_gamma)
+    well = _Well(model, p_eta, p_gamma)
     rho = RADII
     theta = ANGLES
-    radii, angles = _features(body, top) if features is None else features
+    radii, angles = _features(model, top) if features is None else features
     theta = np.union1d(theta, angles.points.ravel()) if angles.needed > ORDER else theta
     rho = np.union1d(rho, radii.points.ravel()) if radii.needed > ORDER else rho
     value = well.value(rho[:, None], theta)
@@ -94,14 +94,14 @@ def _well(body: Any, p_eta: float, p_gamma: float, top: float, features: tuple[P
     return well._replace(theta=theta, low=low, reach=reach, breaks=(breaks[0], breaks[1]), scan=scan)
 
 
-def _features(body: Any, top: float) -> tuple[Panels, Panels]:
+def _features(model: Any, top: float) -> tuple[Panels, Panels]:
     """Return partitions of radii and angles that resolve the potential itself, where it is below the top energy."""
-    plain = _Well(body, 0.0, 0.0)
+    plain = _Well(model, 0.0, 0.0)
     rho = RADII[::4]
     theta = ANGLES[::4]
     V = plain.value(rho[:, None], theta)
     low = float(V.min())
-    hidden = _hidden(body, np.isinf(V[:, theta > np.pi / 4]).all(), low, top)
+    hidden = _hidden(model, np.isinf(V[:, theta > np.pi / 4]).all(), low, top)
     inside = top > V
     allowed = [rho[inside.any(axis=1)], theta[inside.any(axis=0)]]
     wells = hidden.lo * 0.95, np.minimum(hidden.hi * 1.05, [[np.inf], [np.pi / 2]])  # panels at ends are not refined
@@ -124,10 +124,10 @@ def _features(body: Any, top: float) -> tuple[Panels, Panels]:
     )
 
 
-def _hidden(body: Any, walled: bool, low: float, top: float) -> Cover:
+def _hidden(model: Any, walled: bool, low: float, top: float) -> Cover:
     """Return boxes of radii and angles with wells below the top energy between the points of the tables."""
     kinetic = max(top - low, 1e-3 * abs(top))
-    seen = plane_cover(body, (0.0, 0.0), (RADII[0], RADII[-1]), walled, top, kinetic)
+    seen = plane_cover(model, (0.0, 0.0), (RADII[0], RADII[-1]), walled, top, kinetic)
     found = seen.unseen([RADII[::4], np.cos(2 * ANGLES[::-4])])
     x = (np.stack([row[0], np.arccos(row[1]) / 2]) for row in (found.lo, found.hi, found.at))
     lo, hi, at = x
@@ -135,10 +135,10 @@ def _hidden(body: Any, walled: bool, low: float, top: float) -> Cover:
 
 
 @says_progress
-def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
+def weyl_count(model: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
     """Count the levels of one symmetry class below given energies, smoothly, by the classical phase space.
 
-    :Parameters: body: a Body, whose potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum
+    :Parameters: model: a Body; its potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum
         numbers of spin and vorticity (m + l odd is the double covering); hbar > 0.
     :Returns: N (...): the mean of the staircase, which is k + 1/2 at level k = 0, 1, ...; 0 below the smallest
         effective potential, and as low as -1/12 just above it.
@@ -164,31 +164,31 @@ def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1
     >>> fa.quantum.weyl_count(fa.Body(fa.Harmonic()), [4.0, 10.0], m=0, l=0).round(4)
     array([ 1.9167, 12.4167])
     """
-    if not checked_system(body, needs="H = T(p) + V(q)").isotropic:
-        raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
-    if not hasattr(body.potential, "curvatures"):
-        raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")
+    if not checked_system(model, needs="H = T(p) + V(q)").isotropic:
+        raise TypeError(f"model must be a Body with a doubly isotropic potential, got {type(model).__name__}")
+    if not hasattr(model.potential, "curvatures"):
+        raise TypeError(f"model must have a potential with curvatures(A, B), {type(model.potential).__name__} has none")
     chosen = checked_class(m, l, False)
-    hbar = action_quantum(hbar, body.mu)
+    hbar = action_quantum(hbar, model.mu)
     given = checked("energy", energy, ())
     distinct, where = np.unique(given.ravel(), return_inverse=True)
     count = np.zeros(distinct.size)
     if distinct.size:
         quanta = np.array([chosen.a, chosen.b])
-        here, bends = _wells(body, quanta, hbar, float(distinct[-1]))
+        here, bends = _wells(model, quanta, hbar, float(distinct[-1]))
         for k in range(0, distinct.size, CHUNK):
             count[k : k + CHUNK] = _count(distinct[k : k + CHUNK], here, bends, hbar)
     return count[where].reshape(given.shape)[()]
 
 
-def _wells(body: Any, quanta: np.ndarray, hbar: float, top: float) -> tuple[_Well, list[tuple[int, float, _Well]]]:
+def _wells(model: Any, quanta: np.ndarray, hbar: float, top: float) -> tuple[_Well, list[tuple[int, float, _Well]]]:
     """Return the well of a class, and those of d^2/da^2 and d^2/db^2: row of the integral, weight, well.
 
     By differences of dN/da = -(a/2 pi) int dalpha dbeta/alpha^2 over half a quantum to either side; at 0, where N has a
     kink in the sign of a, to the right alone.
     """
     top = top + 1e-3 * abs(top)
-    features = _features(body, top)
+    features = _features(model, top)
     bends = []
     for which in (0, 1):
         sided = quanta[which] >= 1
@@ -196,9 +196,9 @@ def _wells(body: Any, quanta: np.ndarray, hbar: float, top: float) -> tuple[_Wel
         for offset, weight in zip(offsets, weights, strict=True):
             moved = quanta.copy()
             moved[which] += offset
-            well = _well(body, hbar * moved[0], hbar * moved[1], top, features)
+            well = _well(model, hbar * moved[0], hbar * moved[1], top, features)
             bends.append((1 + which, -weight * moved[which] / (2 * np.pi), well))
-    return _well(body, hbar * quanta[0], hbar * quanta[1], top, features), bends
+    return _well(model, hbar * quanta[0], hbar * quanta[1], top, features), bends
 
 
 def _count(energy: np.ndarray, well: _Well, bends: list[tuple[int, float, _Well]], hbar: float) -> np.ndarray:
@@ -209,7 +209,7 @@ def _count(energy: np.ndarray, well: _Well, bends: list[tuple[int, float, _Well]
         step > 0, 2 * step, 1.0
     )
     bend = sum(weight * _integrals(other, energy)[row] for row, weight, other in bends)
-    total = well.body.mu / (2 * np.pi * hbar**2) * volume - bend / 12 - stiffness / (48 * np.pi)
+    total = well.model.mu / (2 * np.pi * hbar**2) * volume - bend / 12 - stiffness / (48 * np.pi)
     return np.where(energy > bottom, total, 0.0)
 
 
@@ -235,8 +235,8 @@ def _integrals(well: _Well, energy: np.ndarray) -> np.ndarray:
     area = weights[ray, None] * ((hi - lo) / 2)[:, None] * w * rho
     A = (rho * np.cos(angle)) ** 2
     B = (rho * np.sin(angle)) ** 2
-    V_A, V_B = well.body.potential.slopes(A, B)
-    V_AA, _, V_BB = well.body.potential.curvatures(A, B)
+    V_A, V_B = well.model.potential.slopes(A, B)
+    V_AA, _, V_BB = well.model.potential.curvatures(A, B)
     room = energy[owner[ray], None] - well.value(rho, angle)
     rows = (room, 1 / A, 1 / B, 4 * (V_A + A * V_AA + V_B + B * V_BB))
     for row, values in enumerate(rows):

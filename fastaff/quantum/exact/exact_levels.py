@@ -24,12 +24,12 @@ ROUNDING = 16 * np.finfo(float).eps
 
 @records_call
 def exact_levels(
-    body: Body,
+    model: Body,
     *,
     n: ArrayLike | None = None,
     m: ArrayLike | None = None,
     l: ArrayLike | None = None,
-    below: float | None = None,
+    max_energy: float | None = None,
     multiplets: int | None = None,
     hbar: float = 1.0,
     chart: Chart | None = None,
@@ -37,11 +37,11 @@ def exact_levels(
 ) -> LevelTable:
     """Compute exact energy levels of a solvable body: of given quantum numbers, or all of the lowest.
 
-    :Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
-        numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, or multiplets: number
-        of different energies, with all their levels, both ascending; hbar > 0, in the units of the actions; chart:
-        ALPHA_BETA (default) or R_VARTHETA, which label the same levels differently; single_valued: wave functions on
-        GL(2,R) need m + l even (else refused), False: on the covering.
+    :Parameters: model: a solvable Body; n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's
+        order, with m, l: whole numbers of spin and vorticity, one or (levels,); or max_energy: all levels below this
+        energy, or multiplets: number of different energies, with all their levels, both ascending; hbar > 0, in the
+        units of the actions; chart: ALPHA_BETA (default) or R_VARTHETA, which label the same levels differently;
+        single_valued: wave functions on GL(2,R) need m + l even (else refused), False: on the covering.
     :Returns: LevelTable, perhaps of no level.
     :Raises: ValueError or TypeError for wrong input and for bodies without closed-form states.
     :Formulas: E_alpha = hbar omega (2 n_alpha + 1 + s_alpha), the same for beta; s_alpha = ``|m - l|``/2 (Harmonic) or
@@ -57,20 +57,20 @@ def exact_levels(
     >>> fa.quantum.exact_levels(fa.Body(fa.Harmonic()), n=(1, 0), m=1, l=1).E
     array([5.])
     """
-    model = solvable(body, chart, hbar)
+    solved = solvable(model, chart, hbar)
     flagged = flag("single_valued", single_valued)
-    given = [name for name, value in (("below", below), ("multiplets", multiplets)) if value is not None]
+    given = [name for name, value in (("max_energy", max_energy), ("multiplets", multiplets)) if value is not None]
     numbers = n is not None or m is not None or l is not None
     if numbers + len(given) != 1:
         raise ValueError(
-            "give either n, m and l, or below, or multiplets, got "
-            f"n = {n!r}, m = {m!r}, l = {l!r}, below = {below!r}, multiplets = {multiplets!r}"
+            "give either n, m and l, or max_energy, or multiplets, got "
+            f"n = {n!r}, m = {m!r}, l = {l!r}, max_energy = {max_energy!r}, multiplets = {multiplets!r}"
         )
-    if below is not None:
-        return _below(model, real("below", below), flagged)
+    if max_energy is not None:
+        return _below(solved, real("max_energy", max_energy), flagged)
     if multiplets is not None:
-        return _lowest(model, whole("multiplets", multiplets, 1), flagged)
-    return _levels(model, *checked_numbers(n, m, l, flagged))
+        return _lowest(solved, whole("multiplets", multiplets, 1), flagged)
+    return _levels(solved, *checked_numbers(n, m, l, flagged))
 
 
 def _levels(model: SolvableBody, n: np.ndarray, m: np.ndarray, l: np.ndarray) -> LevelTable:
@@ -92,7 +92,7 @@ def _levels(model: SolvableBody, n: np.ndarray, m: np.ndarray, l: np.ndarray) ->
 
 def _below(model: SolvableBody, top: float, single_valued: bool) -> LevelTable:
     """Return all levels below an energy, ascending."""
-    fits("below", 10, _many(model, top, single_valued))
+    fits("max_energy", 10, _many(model, top, single_valued))
     found = _levels(model, *numbers_below(model.energy, top, single_valued)).ascending()
     return replace(found, complete_below=top)
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.classification import Classification
 from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import numbers, real, shown
 from ...core.status import Status
@@ -15,7 +16,7 @@ from ...frequencies.integer_lattice import determinant
 from ...results.progress import tell
 from ...runs.requirements import checked_system, current_system, phase_points
 from ...tori.fit_torus import fit_torus
-from ...tori.torus import TorusFit, Verdict, tangents
+from ...tori.torus import TorusFit, tangents
 from ..states.level_table import TORI, LevelTable
 from ..states.modes import NormalModes, modes_of, swapped
 from ..states.symmetry import action_quantum
@@ -35,17 +36,17 @@ remaining distance, so that its error is of second order.
 """
 
 
-def is_vibration(body: Any) -> bool:
+def is_vibration(model: Any) -> bool:
     """Return whether a system is no body and has a kinetic energy quadratic in the momenta."""
-    system = checked_system(body, needs="H = T(p) + V(q)")
+    system = checked_system(model, needs="H = T(p) + V(q)")
     return not system.planar and system.quadratic
 
 
-def bodies_alone(body: Any, given: dict[str, tuple[Any, Any]]) -> None:
+def bodies_alone(model: Any, given: dict[str, tuple[Any, Any]]) -> None:
     """Refuse arguments that only bodies have, unless they have their defaults: (value, default) by name."""
     for name, (value, default) in given.items():
         if value is not default and not (isinstance(value, tuple) and value == default):
-            raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
+            raise ValueError(f"{name} is for a Body alone, {type(model).__name__} takes none: got {name} = {value!r}")
 
 
 LOOSE = 1e-3
@@ -70,11 +71,11 @@ class Level(NamedTuple):
     names: tuple[str, ...]
 
 
-def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, near: np.ndarray | None) -> Level:
+def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, guess: np.ndarray | None) -> Level:
     """Return the level with quantum numbers n (modes,) of these modes, or in the basis of the torus near a phase point
     (2n,), by default the next ones there: Newton's method on the actions, whose gradient is S dz/dtheta.
     """
-    z: Any = modes.start(h * (n + 0.5)) if n is not None and near is None else near
+    z: Any = modes.start(h * (n + 0.5)) if n is not None and guess is None else guess
     size = np.sqrt((np.abs(modes.v) ** 2).sum(axis=1) * h)[:, None]
     time = PERIODS * 2 * np.pi / float(modes.omega.min())
     longer = LONGER
@@ -83,17 +84,21 @@ def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, near: 
     failed = Level(np.zeros(none.size, np.int64) if n is None else n, np.nan, np.inf, none, Status.NOT_CONVERGED, ())
     for _ in range(STEPS):
         fit = fit_torus(model, z, time=time)
-        while fit.verdict is Verdict.UNDECIDED and "longer" in fit.evidence and longer:
-            longest = fit_torus(model, z, time=float(fit.evidence["longer"]))
+        while fit.classification is Classification.UNDECIDED and "suggested time" in fit.evidence and longer:
+            longest = fit_torus(model, z, time=float(fit.evidence["suggested time"]))
             longer -= 1
-            if _usable(fit) and longest.verdict is Verdict.UNDECIDED and longest.residual > HALF * fit.residual:
+            if (
+                _usable(fit)
+                and longest.classification is Classification.UNDECIDED
+                and longest.residual > HALF * fit.residual
+            ):
                 longer = 0
                 break
-            time = float(fit.evidence["longer"])
+            time = float(fit.evidence["suggested time"])
             fit = longest
         if not _usable(fit):
             return failed
-        if near is None:
+        if guess is None:
             K = modes.lines(fit.k, fit.coefficients)
             if abs(determinant(K)) != 1:
                 return failed
@@ -104,7 +109,7 @@ def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, near: 
         if far <= CLOSE * h:
             E = fit.energy + float(fit.nu @ away)
             error = _error(fit, away, before)
-            status = Status.OK if fit.verdict is Verdict.TORUS else Status.NOT_CONVERGED
+            status = Status.OK if fit.classification is Classification.REGULAR else Status.NOT_CONVERGED
             return Level(n, E, error, h * fit.nu, status, fit.names)
         if before is not None and not far < before[1]:
             return failed
@@ -119,9 +124,9 @@ def _usable(fit: TorusFit) -> bool:
 
     Series of three angles have more terms than a fit may take, and some of the lines left out are no rounding.
     """
-    if fit.verdict is Verdict.UNDECIDED:
+    if fit.classification is Classification.UNDECIDED:
         return bool(fit.residual + fit.prediction_error < LOOSE)
-    return fit.verdict is Verdict.TORUS
+    return fit.classification is Classification.REGULAR
 
 
 def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | None) -> float:
@@ -131,25 +136,25 @@ def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | N
     return float(of_actions + np.abs(change) @ np.abs(away) + 64 * np.finfo(float).eps * abs(fit.energy))
 
 
-def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) -> LevelTable:
+def mode_levels(model: Any, n: Any, max_energy: Any, guess: Any, hbar: Any, way: str) -> LevelTable:
     """Return quasiclassical levels of a vibration, see `quasiclassical_levels`."""
     quantum = action_quantum(hbar)
-    if near is not None and (way != "normal" or below is not None):
-        raise ValueError("near must be given without modes and below: a torus near a point has angles of its own")
-    if (below is None) == (n is None and near is None):
-        raise ValueError("give either n, quantum numbers of the modes, or near, or below, an energy")
+    if guess is not None and (way != "normal" or max_energy is not None):
+        raise ValueError("guess must be given without modes and max_energy: a torus near a point has angles of its own")
+    if (max_energy is None) == (n is None and guess is None):
+        raise ValueError("give either n, quantum numbers of the modes, or guess, or max_energy")
     h = 2 * np.pi * quantum
     known = modes_of(model, way)
-    points = [None] if near is None else list(phase_points("near", near, current_system(model)).T)
+    points = [None] if guess is None else list(phase_points("guess", guess, current_system(model)).T)
     found: list[Level] = []
-    table = functools.partial(_table, found, known, way, near is not None, model, quantum)
+    table = functools.partial(_table, found, known, way, guess is not None, model, quantum)
     with partial_result_on_interrupt("quasiclassical_levels", table):
-        if below is not None:
-            return _below(model, known, real("below", below), h, found, table)
+        if max_energy is not None:
+            return _below(model, known, real("max_energy", max_energy), h, found, table)
         rows = [None] * len(points) if n is None else list(quanta(n, known.omega.size).T)
         count = max(len(rows), len(points))
         if {len(rows), len(points)} - {1, count}:
-            raise ValueError(f"near must be one phase point or {len(rows)}, as n has levels, got {len(points)}")
+            raise ValueError(f"guess must be one phase point or {len(rows)}, as n has levels, got {len(points)}")
         for one, point in zip(rows * (count // len(rows)), points * (count // len(points)), strict=True):
             tell("quasiclassical_levels", len(found) / count, f"level {len(found) + 1} of {count}")
             found.append(level(model, known, one, h, point))

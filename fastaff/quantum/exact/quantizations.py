@@ -37,7 +37,7 @@ class Quantizations(NamedTuple):
 
 @says_progress
 def quantizations(
-    body: Body,
+    model: Body,
     *,
     n: ArrayLike,
     m: ArrayLike,
@@ -48,7 +48,7 @@ def quantizations(
 ) -> Quantizations:
     """Compute levels of a solvable body by Bohr and Sommerfeld, by EBK, and exactly.
 
-    :Parameters: n, m, l, hbar, chart, single_valued as in `exact_levels`.
+    :Parameters: model: a solvable Body; n, m, l, hbar, chart, single_valued as in `exact_levels`.
     :Returns: Quantizations.
     :Raises: ValueError or TypeError for wrong input.
     :Formula: Bohr-Sommerfeld lacks the zero point 2 hbar omega of two librations; EBK, with Maslov indices 2, 2, is
@@ -61,10 +61,10 @@ def quantizations(
     >>> found.bohr_sommerfeld.E.round(9), found.ebk.E.round(9), found.exact.E.round(9)
     (array([3.]), array([5.]), array([5.]))
     """
-    exact = exact_levels(body, n=n, m=m, l=l, hbar=hbar, chart=chart, single_valued=single_valued)
+    exact = exact_levels(model, n=n, m=m, l=l, hbar=hbar, chart=chart, single_valued=single_valued)
     first, second = (
         quasiclassical_levels(
-            body,
+            model,
             n=exact.n,
             m=exact.m,
             l=exact.l,

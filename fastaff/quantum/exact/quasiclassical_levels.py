@@ -34,30 +34,30 @@ QUADRATURE = 5e-10
 
 @records_call
 def quasiclassical_levels(
-    body: Dynamics,
+    model: Dynamics,
     *,
     n: ArrayLike | None = None,
     m: ArrayLike | None = None,
     l: ArrayLike | None = None,
-    below: float | None = None,
+    max_energy: float | None = None,
     maslov: tuple[int, int] = EBK,
     hbar: float = 1.0,
     single_valued: bool = True,
     chart: Chart | None = None,
-    near: ArrayLike | None = None,
+    guess: ArrayLike | None = None,
     modes: str = "normal",
 ) -> LevelTable:
     """Compute quasiclassical levels of a separable body or of a vibration: of given quantum numbers, or all below an
     energy.
 
-    :Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
-        numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, ascending; maslov: the
-        indices M of the two coordinates, BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others; hbar > 0; single_valued:
-        wave functions on GL(2,R) need m + l even (else refused), False: on the covering; chart, near as in
-        `from_action_angles`. For a vibration, any other H = p.W p/2 + V(q): n (modes,) or (modes, levels), or below,
-        alone; modes: "normal", the fastest first, or "local", those of each coordinate; near (2n,) or (2n, levels): the
-        tori near phase points, such as one in a resonance, with n in the basis of `fit_torus`, by default that of the
-        next level.
+    :Parameters: model: a Body, or a system of one to three coordinates; n (2,) or (2, levels), whole numbers >= 0 of
+        the two coordinates in the chart's order, with m, l: whole numbers of spin and vorticity, one or (levels,); or
+        max_energy: all levels below this energy, ascending; maslov: the indices M of the two coordinates,
+        BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others; hbar > 0; single_valued: wave functions on GL(2,R) need m + l
+        even (else refused), False: on the covering; chart, guess as in `from_action_angles`. For a vibration, any other
+        H = p.W p/2 + V(q): n (modes,) or (modes, levels), or max_energy, alone; modes: "normal", the fastest first, or
+        "local", those of each coordinate; guess (2n,) or (2n, levels): phase points near the tori, such as one in a
+        resonance, with n in the basis of `fit_torus`, by default that of the next level.
     :Returns: LevelTable, perhaps of no level, with `spacing` and the status UNBOUND where no torus has these actions,
         of vibrations NOT_CONVERGED where none was found, as beyond a separatrix, where other modes may have one; its
         errors are those of E(J), not of the quantization.
@@ -70,7 +70,7 @@ def quasiclassical_levels(
 
     Vibrations: Newton's method on the actions of `fit_torus`, J_i = 2 pi hbar (n_i + M_i/4) with the torus' own Maslov
     indices. It counts as one of these modes where the largest lines of their amplitudes are a basis of its angles.
-    `below` does not search beyond levels without a torus.
+    `max_energy` does not search beyond levels without a torus.
 
     :Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature; three fits for a level of a
         vibration, seconds.
@@ -87,20 +87,22 @@ def quasiclassical_levels(
     array([3.])
     """
     way = named("modes", text("modes", modes), WAYS)
-    if is_vibration(body):
+    if is_vibration(model):
         tori_of_bodies = {"maslov": (maslov, EBK), "single_valued": (single_valued, True)}
-        bodies_alone(body, {"m": (m, None), "l": (l, None), "chart": (chart, None)} | tori_of_bodies)
-        return mode_levels(body, n, below, near, hbar, way)
+        bodies_alone(model, {"m": (m, None), "l": (l, None), "chart": (chart, None)} | tori_of_bodies)
+        return mode_levels(model, n, max_energy, guess, hbar, way)
     if way != WAYS[0]:
         raise ValueError(f"modes is for vibrations alone, got {modes!r}")
-    separate(body, chart)  # refuses a body without tori before its numbers are checked
+    separate(model, chart)  # refuses a body without tori before its numbers are checked
     h = 2 * np.pi * positive("hbar", hbar)
     flagged = flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {maslov!r}")
-    if (below is None) == (n is None and m is None and l is None):
-        raise ValueError(f"give either n, m and l, or below, got n = {n!r}, m = {m!r}, l = {l!r}, below = {below!r}")
+    if (max_energy is None) == (n is None and m is None and l is None):
+        raise ValueError(
+            f"give either n, m and l, or max_energy, got n = {n!r}, m = {m!r}, l = {l!r}, max_energy = {max_energy!r}"
+        )
 
     def levels(n: np.ndarray, m: Any, l: Any) -> LevelTable:
         quanta = np.array(np.broadcast_arrays(*n, m, l))
@@ -108,7 +110,7 @@ def quasiclassical_levels(
         if not np.abs(J).max(initial=0.0) < LARGEST_ACTION:
             most = f"{LARGEST_ACTION / (2 * np.pi):.3g}"
             raise ValueError(f"hbar times the quantum numbers must be below {most}, got hbar = {hbar!r}")
-        found = energy_of_actions(cast(SeparableModel, body), J, chart=chart, near=near)
+        found = energy_of_actions(cast(SeparableModel, model), J, chart=chart, guess=guess)
         return LevelTable(
             E=found.energy,
             error=QUADRATURE * np.abs(found.energy),
@@ -124,9 +126,9 @@ def quasiclassical_levels(
             spacing=h * found.nu[:2],
         )
 
-    if below is None:
+    if max_energy is None:
         return levels(*checked_numbers(n, m, l, flagged))
-    top = real("below", below)
+    top = real("max_energy", max_energy)
     numbers = numbers_below(lambda n, m, l: levels(n, m, l).E, top, flagged)
     if not numbers[1].size:
         return levels(np.zeros((2, 1), np.int64), 0, 0).take(slice(0))

@@ -60,7 +60,7 @@ class SolvableBody(NamedTuple):
         for square, c in zip(squares, self.walls, strict=True):
             if np.any(square < 0):
                 raise ValueError(
-                    f"body has a wall c = {c} that attracts below any energy for some m, l: 2 mu c/hbar^2 < -(m -+ "
+                    f"model has a wall c = {c} that attracts below any energy for some m, l: 2 mu c/hbar^2 < -(m -+ "
                     "l)^2/4"
                 )
         return np.sqrt(squares[0]), np.sqrt(squares[1])
@@ -74,7 +74,7 @@ class SolvableBody(NamedTuple):
         """Return 2 epsilon = sqrt(1 + 2 mu (e_vartheta + c)/hbar^2), the index of f_r."""
         square = self.angular_index(n_vartheta, m, l) ** 2 + 2 * self.mu * self.core / self.hbar**2
         if np.any(square < 0):
-            raise ValueError(f"body has a core c = {self.core} that attracts below any energy")
+            raise ValueError(f"model has a core c = {self.core} that attracts below any energy")
         return np.sqrt(square)
 
     def constants(self, n: np.ndarray, m: ArrayLike, l: ArrayLike) -> np.ndarray:
@@ -93,18 +93,18 @@ class SolvableBody(NamedTuple):
         return self.family.energy(constants)
 
 
-def solvable(body: Any, chart: Any = None, hbar: Any = 1.0) -> SolvableBody:
-    """Return `body` as an exactly solvable one in `chart` (None: the first in which it separates).
+def solvable(model: Any, chart: Any = None, hbar: Any = 1.0) -> SolvableBody:
+    """Return `model` as an exactly solvable one in `chart` (None: the first in which it separates).
 
     Raises TypeError or ValueError for wrong input, ValueError for a body without closed-form states there.
     """
-    separated = separate(body, chart)
+    separated = separate(model, chart)
     quantum = action_quantum(hbar, separated.mu)
     first, second = separated.functions
-    name = type(body.potential).__name__
+    name = type(model.potential).__name__
     if not separated.isotropic:
         raise ValueError(
-            f"body must be isotropic for m and l to be quantum numbers; {name} comes with angular potentials"
+            f"model must be isotropic for m and l to be quantum numbers; {name} comes with angular potentials"
         )
     if isinstance(first, Oscillator) and isinstance(second, Oscillator):
         found = SolvableBody(separated.family, (first.k, second.k), (first.c, second.c), 0.0, separated.mu, quantum)
@@ -113,9 +113,8 @@ def solvable(body: Any, chart: Any = None, hbar: Any = 1.0) -> SolvableBody:
         found = SolvableBody(separated.family, (first.k, first.k), walls, first.c, separated.mu, quantum)
     else:
         raise ValueError(
-            f"body must have closed-form states in the {separated.family.chart} chart, as Harmonic and Anharmonic have "
-            "in alpha-beta and "
-            f"r-vartheta; {name} is {type(first).__name__} and {type(second).__name__} there"
+            f"model must have closed-form states in the {separated.family.chart} chart, as Harmonic and Anharmonic "
+            f"have in alpha-beta and r-vartheta; {name} is {type(first).__name__} and {type(second).__name__} there"
         )
     for k in found.k:
         positive("k (C) of the body", k)

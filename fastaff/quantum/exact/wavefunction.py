@@ -15,7 +15,7 @@ from .solvable_body import SolvableBody, solvable
 
 
 def wavefunction(
-    body: Body,
+    model: Body,
     *,
     m: int,
     l: int,
@@ -26,9 +26,9 @@ def wavefunction(
 ) -> State:
     """Return the exact stationary state of a solvable body with given quantum numbers.
 
-    :Parameters: m, l, whole numbers of spin and vorticity; n = (n1, n2) >= 0, quantum numbers of the two coordinates of
-        `chart`, which is ALPHA_BETA or R_VARTHETA; hbar > 0; single_valued: m + l must be even (else refused), False
-        takes the covering too.
+    :Parameters: model: a solvable Body; m, l, whole numbers of spin and vorticity; n = (n1, n2) >= 0, quantum numbers
+        of the two coordinates of `chart`, which is ALPHA_BETA or R_VARTHETA; hbar > 0; single_valued: m + l must be
+        even (else refused), False takes the covering too.
     :Returns: State.
     :Raises: ValueError or TypeError for wrong input and for bodies without closed-form states (Harmonic, Anharmonic and
         other oscillators with walls have them).
@@ -48,14 +48,14 @@ def wavefunction(
     first = quantum_number("n1", pair[0])
     second = quantum_number("n2", pair[1])
     invariants_of(chart, (ALPHA_BETA, R_VARTHETA))
-    model = solvable(body, chart, hbar)
+    solved = solvable(model, chart, hbar)
     quanta = np.array([first, second])
-    names = model.family.eigenvalues
-    constants = dict(zip(names, model.constants(quanta, *symmetry).tolist(), strict=True))
-    factors = closed_form_factors(model, (first, second), symmetry)
+    names = solved.family.eigenvalues
+    constants = dict(zip(names, solved.constants(quanta, *symmetry).tolist(), strict=True))
+    factors = closed_form_factors(solved, (first, second), symmetry)
     numbers = {f"n_{name}": k for name, k in zip(chart.names[:2], (first, second), strict=True)}
     return State(
-        symmetry, Product(chart, factors), numbers, float(model.energy(quanta, *symmetry)), constants, model.hbar
+        symmetry, Product(chart, factors), numbers, float(solved.energy(quanta, *symmetry)), constants, solved.hbar
     )
 
 

@@ -34,7 +34,7 @@ REACH = 12.0
 
 @says_progress
 def coherent_packet(
-    body: Body,
+    model: Body,
     z0: ArrayLike,
     *,
     width: ArrayLike,
@@ -48,7 +48,7 @@ def coherent_packet(
 
     :Parameters: z0 (8,): centre a1, a2, b1, b2 and momenta, as in `integrate`; width > 0: standard deviation of
         ``|Psi|^2`` in each direction of position, one number or (2,) for the planes a and b (sqrt(hbar/(2 mu omega))
-        keeps its shape in a harmonic body); body, hbar as in `spectrum`; count: number of levels of each class; m, l:
+        keeps its shape in a harmonic body); model, hbar as in `spectrum`; count: number of levels of each class; m, l:
         give both to take one class, in which the packet is normalised: best those next to p_phi/hbar and p_psi/hbar of
         z0; missing: the largest part of the packet that the states may lack, with the classes left out.
     :Returns: Packet.
@@ -64,7 +64,7 @@ def coherent_packet(
     >>> packet.missing < 1e-6, abs(packet.autocorrelation(np.pi)).round(6)
     (True, np.float64(1.0))
     """
-    z = phase_points("z0", z0, checked_system(body, needs="H = T(p) + V(q)"))
+    z = phase_points("z0", z0, checked_system(model, needs="H = T(p) + V(q)"))
     tolerance = fraction(missing)
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape (8,), got {z.shape[1]}")
@@ -92,7 +92,7 @@ def coherent_packet(
         _check_classes(len(chosen), quantum)
 
     def build(count: int) -> Packet:
-        groups = class_states(body, chosen, count, hbar, True)
+        groups = class_states(model, chosen, count, hbar, True)
         tables, grid = resolved(groups)
         needed = [sorted({_turns(symmetry)[i] for symmetry in chosen}) for i in (0, 1)]
         parts = [gaussian.harmonics(radii, k) for gaussian, radii, k in zip(planes, grid.radii, needed, strict=True)]

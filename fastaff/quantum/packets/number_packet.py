@@ -27,7 +27,7 @@ TAIL = 7.7
 
 @says_progress
 def number_packet(
-    body: Body,
+    model: Body,
     *,
     n: ArrayLike,
     m: int,
@@ -40,8 +40,8 @@ def number_packet(
 ) -> Packet:
     """Build a packet whose weights are a Gaussian in the quantum numbers of a separable body.
 
-    :Parameters: n = (n1, n2), m, l: the centre, whole numbers; width: standard deviations of the weights in n1, n2
-        (2,), or n1, n2, m, l (4,), at least 0, where 0 keeps the number; theta (4,): angles in cycles, as in
+    :Parameters: model: a Body; n = (n1, n2), m, l: the centre, whole numbers; width: standard deviations of the weights
+        in n1, n2 (2,), or n1, n2, m, l (4,), at least 0, where 0 keeps the number; theta (4,): angles in cycles, as in
         `from_action_angles`: the packet starts next to the phase point of these angles on the torus of n, m, l; body,
         hbar, chart, single_valued as in `spectrum`.
     :Returns: Packet, of norm 1; n < 0 is cut off.
@@ -78,7 +78,7 @@ def number_packet(
     steps = steps[inside]
     pairs, spins = (sorted(set(map(tuple, part.tolist()))) for part in (rows[:, :2], rows[:, 2:]))
     classes = [SymmetryClass(m, l) for m, l in spins]
-    found = dict(zip(classes, labelled_levels(body, classes, pairs, hbar, chart, single_valued), strict=True))
+    found = dict(zip(classes, labelled_levels(model, classes, pairs, hbar, chart, single_valued), strict=True))
     states: list[Any] = []
     for n1, n2, spin, vorticity in rows.tolist():
         levels, place = found[SymmetryClass(spin, vorticity)]
@@ -88,7 +88,7 @@ def number_packet(
 
 
 def labelled_levels(
-    body: Any,
+    model: Any,
     classes: Sequence[SymmetryClass],
     pairs: Sequence[tuple[int, int]],
     hbar: float,
@@ -102,7 +102,7 @@ def labelled_levels(
     most = max(i + j for i, j in pairs)
     count = (most + 1) * (most + 2) // 2 + most + 8  # the number of an oscillator up to there, and some more
     while True:
-        tables = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, chart=chart, single_valued=single_valued)
+        tables = spectrum_table(model, m=m, l=l, count=count, hbar=hbar, chart=chart, single_valued=single_valued)
         places = [{(i, j): k for k, (i, j) in enumerate(table.n.T.tolist())} for table in tables]
         if all(pair in place for place in places for pair in pairs):
             return list(zip(tables, places, strict=True))

@@ -25,7 +25,7 @@ NOTHING = 1e-3
 
 @says_progress
 def projected_packet(
-    body: Body,
+    model: Body,
     function: Callable[[np.ndarray, np.ndarray], np.ndarray],
     *,
     m: int,
@@ -38,10 +38,10 @@ def projected_packet(
 ) -> Packet:
     """Expand a given initial function in the lowest states of one symmetry class of a body.
 
-    :Parameters: function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants of `chart`
-        (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: its part beyond a wall of V is missing; it need not be
-        normalised, and must have ended at twice the reach of the states; body, m, l, count, hbar, single_valued as in
-        `spectrum`; missing: the largest part of the function that the states may lack.
+    :Parameters: model: a Body; function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants
+        of `chart` (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: its part beyond a wall of V is missing; it need not
+        be normalised, and must have ended at twice the reach of the states; m, l, count, hbar, single_valued as
+        in `spectrum`; missing: the largest part of the function that the states may lack.
     :Returns: Packet, of norm^2 = 1 - missing.
     :Raises: ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
         resolve, and where more than `missing` is lost, with a sufficient number of levels.
@@ -69,7 +69,7 @@ def projected_packet(
         return found
 
     def build(count: int) -> Packet:
-        states = class_states(body, [chosen], count, hbar, single_valued)[0]
+        states = class_states(model, [chosen], count, hbar, single_valued)[0]
         tables, grid = resolved([states])
         box, orders = converged_box(states)
         square = []
@@ -93,14 +93,14 @@ def projected_packet(
 
 
 def class_states(
-    body: Any, chosen: Sequence[SymmetryClass], count: int, hbar: float, single_valued: bool
+    model: Any, chosen: Sequence[SymmetryClass], count: int, hbar: float, single_valued: bool
 ) -> list[list[State]]:
     """Return the lowest states of each class."""
-    if current_system(body).isotropic and solved_families(body):
+    if current_system(model).isotropic and solved_families(model):
         m, l = zip(*chosen, strict=True)
-        found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
+        found = spectrum_table(model, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
     else:
-        found = [spectrum(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued) for m, l in chosen]
+        found = [spectrum(model, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued) for m, l in chosen]
     return [[cast(State, table.state(k)) for k in range(count)] for table in found]
 
 

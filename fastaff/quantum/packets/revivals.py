@@ -69,7 +69,7 @@ class Revivals(NamedTuple):
 
 @says_progress
 def revivals(
-    body: Body,
+    model: Body,
     *,
     n: ArrayLike,
     m: int,
@@ -78,13 +78,13 @@ def revivals(
     chart: Chart | None = None,
     maslov: tuple[int, int] = EBK,
     single_valued: bool = True,
-    near: ArrayLike | None = None,
+    guess: ArrayLike | None = None,
 ) -> Revivals:
     """Compute classical period and revival time of packets about given quantum numbers, from levels and from the
     actions.
 
-    :Parameters: n = (n1, n2), whole numbers of at least 1; m, l, hbar, chart, single_valued as in `spectrum`; maslov,
-        near as in `quasiclassical_levels`.
+    :Parameters: model: a Body that separates; n = (n1, n2), whole numbers of at least 1; m, l, hbar, chart,
+        single_valued as in `spectrum`; maslov, guess as in `quasiclassical_levels`.
     :Returns: Revivals: names are the chart's coordinates, and eta, gamma where ``|p_eta|`` = ``|m - l|`` hbar/2 and
         ``|p_gamma|`` are at least hbar (below, E has a kink).
     :Raises: ValueError or TypeError for wrong input, for a body that does not separate, and where no torus has the
@@ -108,20 +108,20 @@ def revivals(
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {maslov!r}")
-    separated = separate(body, chart)
+    separated = separate(model, chart)
     turning = [i for i, momentum in ((2, symmetry.a), (3, symmetry.b)) if momentum >= 1]
     rows = [0, 1, *turning]
     names = tuple((*separated.family.coordinates, "eta", "gamma")[i] for i in rows)
     centre = np.array([*numbers, (symmetry.m - symmetry.l) / 2, (symmetry.m + symmetry.l) / 2])
-    slope, curvature = _differences(_levels(body, centre, rows, quantum, separated.family.chart, single_valued), rows)
+    slope, curvature = _differences(_levels(model, centre, rows, quantum, separated.family.chart, single_valued), rows)
     J = 2 * np.pi * quantum * (centre + np.array([indices[0] / 4, indices[1] / 4, 0, 0]))
     return Revivals(
         TimeScales(names, slope, curvature, quantum),
-        TimeScales(names, *_classical(body, J, rows, quantum, separated.family.chart, near), quantum),
+        TimeScales(names, *_classical(model, J, rows, quantum, separated.family.chart, guess), quantum),
     )
 
 
-def _levels(body: Any, centre: np.ndarray, rows: list[int], hbar: float, chart: str, single_valued: bool) -> Callable:
+def _levels(model: Any, centre: np.ndarray, rows: list[int], hbar: float, chart: str, single_valued: bool) -> Callable:
     """Return a function of an offset (4,) from the centre that gives E and its error."""
     steps = [range(-1, 2) if i in rows else range(1) for i in (2, 3)]
     spins = [(eta, gamma) for eta in steps[0] for gamma in steps[1]]
@@ -129,7 +129,7 @@ def _levels(body: Any, centre: np.ndarray, rows: list[int], hbar: float, chart: 
     classes = [SymmetryClass(round(gamma + eta), round(gamma - eta)) for eta, gamma in k]
     n1, n2 = (int(n) for n in centre[:2])
     pairs = [(n1 + i, n2 + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    found = dict(zip(spins, labelled_levels(body, classes, pairs, hbar, chart, single_valued), strict=True))
+    found = dict(zip(spins, labelled_levels(model, classes, pairs, hbar, chart, single_valued), strict=True))
 
     def level(offset: np.ndarray) -> tuple[float, float]:
         levels, places = found[int(offset[2]), int(offset[3])]
@@ -163,14 +163,14 @@ def _differences(level: Callable, rows: list[int]) -> tuple[np.ndarray, np.ndarr
 
 
 def _classical(
-    body: Any, J: np.ndarray, rows: list[int], hbar: float, chart: str, near: Any
+    model: Any, J: np.ndarray, rows: list[int], hbar: float, chart: str, guess: Any
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return h nu and h^2 dnu/dJ of the primitive actions J (4,): of the two coordinates, eta, gamma."""
     h = 2 * np.pi * hbar
 
     def frequencies(actions: np.ndarray) -> np.ndarray:
         a, b, eta, gamma = actions
-        found = energy_of_actions(body, np.array([a, b, gamma + eta, gamma - eta]), chart=chart, near=near)
+        found = energy_of_actions(model, np.array([a, b, gamma + eta, gamma - eta]), chart=chart, guess=guess)
         if np.any(found.status):
             raise ValueError(
                 f"n, m, l must belong to a torus of the body: the actions {J.tolist()}, or some next to them, do not"

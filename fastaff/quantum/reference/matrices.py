@@ -53,12 +53,12 @@ class Matrices:
 
 
 def class_matrices(
-    body: Any, *, m: int, l: int, shells: int, hbar: float = 1.0, single_valued: bool = True
+    model: Any, *, m: int, l: int, shells: int, hbar: float = 1.0, single_valued: bool = True
 ) -> Matrices:
     """Build H, H_alpha, H_beta, h_vartheta, K, L of one class (m, l) in the product basis f_alpha f_beta of the lowest
     shells.
 
-    body: Harmonic, Anharmonic or another oscillator with walls, k alike in both planes; m, l as in `wavefunction`;
+    model: Harmonic, Anharmonic or another oscillator with walls, k alike in both planes; m, l as in `wavefunction`;
     shells >= 1: n_alpha + n_beta < shells; hbar > 0; single_valued as in `wavefunction`. Returns Matrices of (shells
     (shells + 1)/2)^2 entries, no truncation error: all of them keep n_alpha + n_beta. Raises ValueError or TypeError
     for wrong input.
@@ -68,13 +68,13 @@ def class_matrices(
     Source: Martens & Slawianowski, EQ2.2f and section 3 (K, L); the matrices are derived.
     """
     symmetry = checked_class(m, l, single_valued)
-    model = solvable(body, ALPHA_BETA, hbar)
-    if model.k[0] != model.k[1]:
-        raise ValueError(f"body must have the same k in both planes, got {model.k}")
+    solved = solvable(model, ALPHA_BETA, hbar)
+    if solved.k[0] != solved.k[1]:
+        raise ValueError(f"model must have the same k in both planes, got {solved.k}")
     shells = whole("shells", shells, 1)
     fits("shells", 8, shells * (shells + 1) // 2, shells * (shells + 1) // 2)
     n = np.array([(a, N - a) for N in range(shells) for a in range(N + 1)]).T
-    s_alpha, s_beta = (float(s) for s in model.indices(*symmetry))
+    s_alpha, s_beta = (float(s) for s in solved.indices(*symmetry))
     first, second = (n[i] + (1 + s) / 2 for i, s in enumerate((s_alpha, s_beta)))  # eigenvalues of K_0
     casimirs = (s_alpha**2 - 1) / 4 + (s_beta**2 - 1) / 4
     h = np.diag(4 * (casimirs + 2 * first * second))
@@ -84,33 +84,33 @@ def class_matrices(
     coupling = -4 * np.sqrt(a * (a + s_alpha) * b * (b + s_beta)) * same
     h += np.diag(coupling, 1) + np.diag(coupling, -1)
     unit = np.eye(n.shape[1])
-    half = model.hbar**2 / (2 * model.mu)
-    E = model.constants(n, *symmetry)
+    half = solved.hbar**2 / (2 * solved.mu)
+    E = solved.constants(n, *symmetry)
     return Matrices(
         labels=("n_alpha", "n_beta"),
         basis=n,
         H_alpha=np.diag(E[0]),
         H_beta=np.diag(E[1]),
         h_vartheta=half * h,
-        k=model.k[0],
-        p_phi=model.hbar * symmetry.m * unit,
-        p_psi=model.hbar * symmetry.l * unit,
+        k=solved.k[0],
+        p_phi=solved.hbar * symmetry.m * unit,
+        p_psi=solved.hbar * symmetry.l * unit,
     )
 
 
-def oscillator_matrices(body: Any, *, quanta: int, hbar: float = 1.0) -> Matrices:
+def oscillator_matrices(model: Any, *, quanta: int, hbar: float = 1.0) -> Matrices:
     """Build H, H_alpha, H_beta, h_vartheta, K, L, p_phi, p_psi of the harmonic body in the Cartesian number basis of
     R^4.
 
-    body: Body(Harmonic(C), mu); quanta >= 0: all states n1 + n2 + n3 + n4 <= quanta of a1, a2, b1, b2, C(quanta + 4, 4)
-    of them; hbar > 0. Returns Matrices (complex), without truncation error: each is made of a_i^+ a_j, which keep the
-    number of quanta. Raises ValueError or TypeError for wrong input.
+    model: Body(Harmonic(C), mu); quanta >= 0: all states n1 + n2 + n3 + n4 <= quanta of a1, a2, b1, b2, C(quanta + 4,
+    4) of them; hbar > 0. Returns Matrices (complex), without truncation error: each is made of a_i^+ a_j, which keep
+    the number of quanta. Raises ValueError or TypeError for wrong input.
     Formula: q_i p_j - q_j p_i = i hbar (a_j^+ a_i - a_i^+ a_j); h_vartheta = sum over i < j of their squares/(2 mu).
     Source: Martens & Slawianowski, EQ3.1 and EQ2.1b; the matrices are derived.
     """
-    model = solvable(body, ALPHA_BETA, hbar)
-    if model.k[0] != model.k[1] or any(model.walls):
-        raise ValueError(f"body must be harmonic, without walls; got {type(body.potential).__name__}")
+    solved = solvable(model, ALPHA_BETA, hbar)
+    if solved.k[0] != solved.k[1] or any(solved.walls):
+        raise ValueError(f"model must be harmonic, without walls; got {type(model.potential).__name__}")
     top = whole("quanta", quanta, 0)
     fits("quanta", 32, math.comb(top + 4, 4), math.comb(top + 4, 4))
     states = sorted((n for n in product(range(top + 1), repeat=4) if sum(n) <= top), key=lambda n: (sum(n), n))
@@ -129,15 +129,15 @@ def oscillator_matrices(body: Any, *, quanta: int, hbar: float = 1.0) -> Matrice
                 matrix[place[tuple(moved)], column] = np.sqrt(weight * moved[i])
         return matrix
 
-    turns = {(i, j): 1j * model.hbar * (hop(j, i) - hop(i, j)) for i in range(4) for j in range(i + 1, 4)}
+    turns = {(i, j): 1j * solved.hbar * (hop(j, i) - hop(i, j)) for i in range(4) for j in range(i + 1, 4)}
     numbers = [np.array([float(n[i]) for n in states]) for i in range(4)]
-    quantum = float(model.quanta[0])
-    h = sum((turn @ turn for turn in turns.values()), np.zeros((size, size))) / (2 * model.mu)
+    quantum = float(solved.quanta[0])
+    h = sum((turn @ turn for turn in turns.values()), np.zeros((size, size))) / (2 * solved.mu)
     planes = [np.diag(quantum * (numbers[2 * i] + numbers[2 * i + 1] + 1)) for i in range(2)]
     p_eta = turns[0, 1]
     p_gamma = turns[2, 3]
     labels = ("n_a1", "n_a2", "n_b1", "n_b2")
-    return Matrices(labels, np.array(states).T, planes[0], planes[1], h, model.k[0], p_gamma + p_eta, p_gamma - p_eta)
+    return Matrices(labels, np.array(states).T, planes[0], planes[1], h, solved.k[0], p_gamma + p_eta, p_gamma - p_eta)
 
 
 class RadialMatrices(NamedTuple):
@@ -149,24 +149,24 @@ class RadialMatrices(NamedTuple):
 
 
 def radial_matrices(
-    body: Any, *, m: int, l: int, n_vartheta: int, size: int, hbar: float = 1.0, single_valued: bool = True
+    model: Any, *, m: int, l: int, n_vartheta: int, size: int, hbar: float = 1.0, single_valued: bool = True
 ) -> RadialMatrices:
     """Build H, H_r and h_vartheta/r between the states n_r < size of one n_vartheta: the last two are no constants of
     motion.
 
-    body: one solvable in R_VARTHETA; m, l, single_valued as in `wavefunction`; n_vartheta >= 0; size >= 1; hbar > 0.
+    model: one solvable in R_VARTHETA; m, l, single_valued as in `wavefunction`; n_vartheta >= 0; size >= 1; hbar > 0.
     Returns RadialMatrices: H is diagonal, so [H, H_r] of the whole operator is seen entry by entry, (E_i - E_j)
     (H_r)_ij. Raises ValueError or TypeError for wrong input.
     Formula: <n|1/r|n'> = (kappa/s) sqrt(prod of k/(k + s), k from the smaller n + 1 to the larger), s = 2 epsilon.
     Source: Martens & Slawianowski, the warning of section 5; the matrix elements are derived.
     """
     symmetry = checked_class(m, l, single_valued)
-    model = solvable(body, R_VARTHETA, hbar)
+    solved = solvable(model, R_VARTHETA, hbar)
     fits("size", 8, whole("size", size, 1), size)
     n_v = quantum_number("n_vartheta", n_vartheta)
     states = np.arange(size)
-    E, e = model.constants(np.array([states, np.full_like(states, n_v)]), *symmetry)
-    h_over_r = e[0] * inverse_r(model, n_v, symmetry, states.size)
+    E, e = solved.constants(np.array([states, np.full_like(states, n_v)]), *symmetry)
+    h_over_r = e[0] * inverse_r(solved, n_v, symmetry, states.size)
     return RadialMatrices(np.diag(E), np.diag(E) - h_over_r, h_over_r)
 
 

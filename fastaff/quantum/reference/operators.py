@@ -161,7 +161,7 @@ def laplacian(chart: Chart = ALPHA_BETA) -> DifferentialOperator:
     return LAPLACIANS[chart.name]
 
 
-def hamiltonian_operator(body: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1.0) -> DifferentialOperator:
+def hamiltonian_operator(model: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1.0) -> DifferentialOperator:
     """Return H = -(hbar^2/2 mu) Delta + V of a Body, separable or not, in a chart that `laplacian` takes.
 
     Raises ValueError or TypeError for wrong input.  Source: Martens & Slawianowski, section 5 (hbar^2, printed hbar).
@@ -169,16 +169,16 @@ def hamiltonian_operator(body: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 
     quantum = positive("hbar", hbar)
 
     def potential(q: np.ndarray) -> np.ndarray:
-        return body.potential_energy(*chart.points_to_planes(q))
+        return model.potential_energy(*chart.points_to_planes(q))
 
-    kinetic = laplacian(chart).scaled(-(quantum**2) / (2 * positive("mu of the body", body.mu)))
+    kinetic = laplacian(chart).scaled(-(quantum**2) / (2 * positive("mu of the body", model.mu)))
     return kinetic.plus(DifferentialOperator(chart, {(): potential}))
 
 
-def constant_operators(body: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1.0) -> dict[str, DifferentialOperator]:
+def constant_operators(model: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1.0) -> dict[str, DifferentialOperator]:
     """Return the operators that a separable body's chart comes with, by name.
 
-    body: separable in `chart`; ALPHA_BETA: H_alpha, H_beta, p_phi, p_psi, which commute; R_VARTHETA: h_vartheta, H,
+    model: separable in `chart`; ALPHA_BETA: H_alpha, H_beta, p_phi, p_psi, which commute; R_VARTHETA: h_vartheta, H,
     p_phi, p_psi, which commute, and H_r, which does not; hbar > 0.  Returns a dict. Raises ValueError or TypeError for
     wrong input.
     Formulas: H_alpha = ((p_phi - p_psi)^2/(4 alpha^2) - hbar^2 (d^2 + d/alpha))/(2 mu) + V_alpha; h_vartheta = (p_phi^2
@@ -186,7 +186,7 @@ def constant_operators(body: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1.
     Source: Martens & Slawianowski, section 5 (4 alpha^2, 4 beta^2 in H_alpha, H_beta, printed alpha^2, beta^2).
     """
     quantum = positive("hbar", hbar)
-    separated = separate(body, chart)
+    separated = separate(model, chart)
     if not separated.isotropic or separated.family.chart not in LAPLACIANS:
         raise ValueError(
             f"chart must be alpha-beta or r-vartheta, and the body isotropic; got {separated.family.chart!r}"

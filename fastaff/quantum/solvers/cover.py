@@ -111,7 +111,7 @@ def line_cover(U: Callable, V: Callable, edges: np.ndarray, top: float, kinetic:
 
 
 def plane_cover(
-    body: Any,
+    model: Any,
     quanta: tuple[float, float],
     rho: tuple[float, float],
     walled: bool,
@@ -133,20 +133,20 @@ def plane_cover(
 
     def enclosure(lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
         A, B = Sector(lo, hi).squares()
-        live = interval(body.potential.margin(A, B)).hi > 0
-        return np.where(live, interval(body.potential.value(A, B)).lo / unit + rest(A.hi, B.hi), np.inf)
+        live = interval(model.potential.margin(A, B)).hi > 0
+        return np.where(live, interval(model.potential.value(A, B)).lo / unit + rest(A.hi, B.hi), np.inf)
 
     def V(points: np.ndarray) -> np.ndarray:
         q, x = points
         A = q * q * (1 + x) / 2
         B = q * q * (1 - x) / 2
         with np.errstate(all="ignore"):
-            return np.asarray(potential(body, A, B) / unit + rest(A, B))
+            return np.asarray(potential(model, A, B) / unit + rest(A, B))
 
     def sag(lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
         """Bound by curvatures how far V may be below the corners: boxes are quadrangles of A + B and A - B."""
         A, B = Sector(lo, hi).squares()
-        V_AA, V_AB, V_BB = map(interval, body.potential.curvatures(A, B))
+        V_AA, V_AB, V_BB = map(interval, model.potential.curvatures(A, B))
         steep = rest(A.lo**3, np.inf), rest(np.inf, B.lo**3)
         V_AA, V_BB = (V / unit + Interval(0.0 * more, 2 * more) for V, more in zip((V_AA, V_BB), steep, strict=True))
         both = V_AA + V_BB
@@ -156,7 +156,7 @@ def plane_cover(
         return sum(np.maximum(bend, 0) * part for bend, part in zip(bends, (s * s, d * d, s * d), strict=True)) / 32
 
     lo, hi = (np.array(np.meshgrid(*side)).reshape(2, -1) for side in ((q[:-1], x[:-1]), (q[1:], x[1:])))
-    return _cover(enclosure, V, lo, hi, top, kinetic, sag if hasattr(body.potential, "curvatures") else None)
+    return _cover(enclosure, V, lo, hi, top, kinetic, sag if hasattr(model.potential, "curvatures") else None)
 
 
 def _cover(

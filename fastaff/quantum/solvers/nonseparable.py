@@ -75,13 +75,13 @@ SMALLER = {True: 1, False: 2}
 
 
 def plane_levels(
-    body: Any,
+    model: Any,
     chosen: SymmetryClass,
     count: int,
     hbar: float,
     tolerance: float,
     known: list[LevelTable] | None = None,
-    report: Callable[[float], None] | None = None,
+    callback: Callable[[float], None] | None = None,
     limit: float = np.inf,
 ) -> LevelTable:
     """Compute the lowest levels of a class of a body by adiabatic channels, whether the potential separates or not.
@@ -95,13 +95,13 @@ def plane_levels(
     6000. Source: Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation of a discrete variable
     representation).
     """
-    unit = hbar**2 / (2 * body.mu)
-    problem = plane_problem(body, chosen, unit, limit)
+    unit = hbar**2 / (2 * model.mu)
+    problem = plane_problem(model, chosen, unit, limit)
     bottom, top = _range(problem, count, unit)
-    seen = interruptible(_seen, problem, body, unit, bottom, top)
+    seen = interruptible(_seen, problem, model, unit, bottom, top)
     hidden = seen.unseen([problem.rho, np.cos(problem.v[::-1])])
     if hidden.low.size:
-        problem = plane_problem(body, chosen, unit, limit, hidden)
+        problem = plane_problem(model, chosen, unit, limit, hidden)
         bottom, top = _range(problem, count, unit)
     with np.errstate(invalid="ignore"):
         ends = decayed("V", problem.rho, problem.lowest, beyond(problem, bottom, top), 0.0, problem.far)
@@ -137,7 +137,7 @@ def plane_levels(
         known.append(table)
         return error
 
-    for E in bases.larger(report):
+    for E in bases.larger(callback):
         if np.all(keep() <= tolerance * level_scale(unit * E)):
             break
     for _ in bases.smaller():
@@ -175,7 +175,7 @@ class _GrowingBases:
         """Return the arguments of the solver for each basis."""
         return STEPS if self.smooth else ELEMENTS
 
-    def larger(self, report: Callable[[float], None] | None) -> Iterator[np.ndarray]:
+    def larger(self, callback: Callable[[float], None] | None) -> Iterator[np.ndarray]:
         """Solve one basis after another; yield the levels of each that has room for them."""
         for number in range(SMALLER[self.smooth], len(self.sizes)):
             found = self.solve(number)
@@ -185,8 +185,8 @@ class _GrowingBases:
                 self.done.append(found)
                 self.top = max(found[0][-1], self.top)
                 yield found[0]
-            if report is not None:
-                report((number + 1) / len(self.sizes))
+            if callback is not None:
+                callback((number + 1) / len(self.sizes))
 
     def smaller(self) -> Iterator[None]:
         """Put smaller bases before the only one, or in place of a missing one, until there are two to compare."""
@@ -240,11 +240,11 @@ def _range(problem: PlaneProblem, count: int, unit: float) -> tuple[float, float
     return bottom, top
 
 
-def _seen(problem: PlaneProblem, body: Any, unit: float, bottom: float, top: float) -> Cover:
+def _seen(problem: PlaneProblem, model: Any, unit: float, bottom: float, top: float) -> Cover:
     """Return the cover of the places where V may be below the top energy."""
     quanta = float(problem.a[0]), float(problem.b[0])
     ends = float(problem.rho[0]), float(problem.rho[-1])
-    return plane_cover(body, quanta, ends, problem.well.hi < 3, top, top - bottom, unit)
+    return plane_cover(model, quanta, ends, problem.well.hi < 3, top, top - bottom, unit)
 
 
 def _wanted(problem: PlaneProblem, count: int, unit: float, spare: int) -> float:

@@ -43,7 +43,7 @@ class PlaneProblem(NamedTuple):
 
 
 def plane_problem(
-    body: Any, chosen: SymmetryClass, unit: float, limit: float, hidden: Cover | None = None
+    model: Any, chosen: SymmetryClass, unit: float, limit: float, hidden: Cover | None = None
 ) -> PlaneProblem:
     """Return the problem of a class; hidden: where there are wells that the samples do not see."""
     a = np.array([chosen.a])
@@ -53,7 +53,7 @@ def plane_problem(
         A = (rho * np.cos(vartheta / 2)) ** 2
         B = (rho * np.sin(vartheta / 2)) ** 2
         with np.errstate(over="ignore"):
-            return potential(body, A, B) / unit
+            return potential(model, A, B) / unit
 
     v = np.pi * (np.arange(256) + 0.5) / 256
     rho = _size(U, v[::16], a, b) * np.geomspace(1e-4, 1e4, 1601)

@@ -33,10 +33,10 @@ class Well(NamedTuple):
     c_hi: float
 
 
-def potential(body: Any, A: np.ndarray, B: np.ndarray) -> np.ndarray:
+def potential(model: Any, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """Return V of a body at A = alpha^2, B = beta^2, +inf where it does not live."""
     with np.errstate(all="ignore"):
-        V = np.where(body.potential.margin(A, B) > 0, body.potential.value(A, B), np.inf)
+        V = np.where(model.potential.margin(A, B) > 0, model.potential.value(A, B), np.inf)
     return np.where(np.isnan(V), np.inf, V)
 
 

@@ -104,7 +104,7 @@ def vibration_levels(
     hbar: float,
     tolerance: float,
     known: list[LevelTable],
-    report: Callable[[float], None] | None,
+    callback: Callable[[float], None] | None,
 ) -> None:
     """Compute the lowest levels of a model, add a table for each basis to those known.
 
@@ -118,7 +118,7 @@ def vibration_levels(
     system = current_system(model)
     again: tuple[LatticeProblem, float, float, float] | None = (_problem(system, hbar), SPARE, -math.inf, math.inf)
     while again is not None:
-        again = _bases(system, *again, count, hbar, tolerance, known, report)
+        again = _bases(system, *again, count, hbar, tolerance, known, callback)
     _check_held(known[-1])
 
 
@@ -132,7 +132,7 @@ def _bases(
     hbar: float,
     tolerance: float,
     known: list[LevelTable],
-    report: Callable[[float], None] | None,
+    callback: Callable[[float], None] | None,
 ) -> tuple[LatticeProblem, float, float, float] | None:
     """Compute levels in ever larger bases. Return None, or the problem, spare states, a least top energy and a limit of
     walls with which to begin again.
@@ -170,8 +170,8 @@ def _bases(
         waves = LatticeWaves(system.model, _lattice(system, problem, grid), states[1], states[0])
         said = ONLY_SAMPLES if cover.blind else ""
         known.append(_table(found, error, tolerance, size, hbar, limit, said, waves))
-        if report is not None:
-            report((k + 1) / len(CUTS))
+        if callback is not None:
+            callback((k + 1) / len(CUTS))
         if last:
             break
     return None
@@ -181,7 +181,7 @@ def _check_held(levels: LevelTable) -> None:
     """Raise ValueError for levels without any bound."""
     if not np.isfinite(levels.error[0]):
         raise ValueError(
-            f"body must have wells as wide as the steps of a grid: its {levels.functions} functions do not hold the "
+            f"model must have wells as wide as the steps of a grid: its {levels.functions} functions do not hold the "
             "waves. Try closer scales of the coordinates."
         )
 
@@ -215,7 +215,7 @@ def _problem(system: System, hbar: float) -> LatticeProblem:
     mixed = W - np.diag(np.diagonal(W))
     if np.linalg.eigvalsh(W)[0] <= 0 or mixed[periods > 0].any():
         what = "positive masses" if not mixed[periods > 0].any() else "no product of momenta with that of an angle"
-        raise ValueError(f"body must have {what} in its kinetic energy, got dv/dp = {W.tolist()}")
+        raise ValueError(f"model must have {what} in its kinetic energy, got dv/dp = {W.tolist()}")
     R = np.linalg.cholesky(W) * hbar
 
     potential = potential_of(system.model)

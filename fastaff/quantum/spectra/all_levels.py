@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...core.interruption import partial_result_on_interrupt
-from ...core.numbers import fits, flag, real, reporter, whole
+from ...core.numbers import checked_callback, fits, flag, real, whole
 from ...results.calls import records_call
 from ...systems.charts import Chart
 from ...systems.models import Body
@@ -32,21 +32,21 @@ FIRST = 16
 
 @records_call
 def all_levels(
-    body: Body,
+    model: Body,
     *,
-    below: float | None = None,
+    max_energy: float | None = None,
     multiplets: int | None = None,
     hbar: float = 1.0,
     single_valued: bool = True,
     chart: Chart | None = None,
     tolerance: float = 1e-10,
-    report: Callable[[float], None] | None = None,
+    callback: Callable[[float], None] | None = None,
 ) -> LevelTable:
     """Compute all levels of a body below an energy, or its lowest multiplets, of all symmetry classes together.
 
-    :Parameters: body: a Body; below: all levels below this energy, or multiplets >= 1: number of different energies,
-        with all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even;
-        False: on its double covering, all m and l; report: called with the fraction that is done.
+    :Parameters: model: a Body; max_energy: all levels below this energy, or multiplets >= 1: number of different
+        energies, with all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m
+        + l even; False: on its double covering, all m and l; callback: called with the fraction that is done.
     :Returns: LevelTable, perhaps of no level.
     :Raises: as `spectrum`; Interrupted on Ctrl-C, with a complete list up to a lower energy in `.partial`.
         Completeness: E_k of a class grows with ``|m - l|`` and ``|m + l|`` (min-max), which ends the search and bounds
@@ -63,10 +63,12 @@ def all_levels(
     >>> np.unique(levels.E.round(9), return_counts=True)
     (array([2., 3., 4.]), array([ 1,  4, 10]))
     """
-    if (below is None) == (multiplets is None):
-        raise ValueError(f"give either below or multiplets, got below = {below!r}, multiplets = {multiplets!r}")
-    reporter(report)
-    limit = math.inf if below is None else real("below", below)
+    if (max_energy is None) == (multiplets is None):
+        raise ValueError(
+            f"give either max_energy or multiplets, got max_energy = {max_energy!r}, multiplets = {multiplets!r}"
+        )
+    checked_callback(callback)
+    limit = math.inf if max_energy is None else real("max_energy", max_energy)
     wanted = None if multiplets is None else whole("multiplets", multiplets, 1)
     if wanted is not None:
         fits("multiplets", 16, wanted)
@@ -80,24 +82,24 @@ def all_levels(
         "all_levels", lambda: _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None
     ):
         while todo:
-            solved |= _solved(body, todo, solved, limit, options)
+            solved |= _solved(model, todo, solved, limit, options)
             top = limit if wanted is None else _end(solved, wanted)
             todo = _todo(solved, top, seeds)
-            if report is not None:
+            if callback is not None:
                 share = max(share, _share(solved, top, seeds))  # the end comes closer only as levels are found
-                report(share)
+                callback(share)
     return _listed(solved, top, wanted)
 
 
 def _solved(
-    body: Any, todo: dict[Key, int], solved: dict[Key, LevelTable], limit: float, options: dict[str, Any]
+    model: Any, todo: dict[Key, int], solved: dict[Key, LevelTable], limit: float, options: dict[str, Any]
 ) -> dict[Key, LevelTable]:
     """Return the levels of all waiting classes if the body separates, else of the one that may have the lowest."""
     together = solved and next(iter(solved.values())).separated
     keys = list(todo) if together else [min(todo, key=lambda key: _bound(solved, key))]
     spins, vorticities = zip(*(_class(key) for key in keys), strict=True)
     count = max(todo[key] for key in keys)
-    return dict(zip(keys, tables_below(body, limit, spins, vorticities, count, **options), strict=True))
+    return dict(zip(keys, tables_below(model, limit, spins, vorticities, count, **options), strict=True))
 
 
 def _class(key: Key) -> SymmetryClass:

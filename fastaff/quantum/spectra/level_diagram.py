@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.interruption import partial_result_on_interrupt
-from ...core.numbers import an_array, function, numbers, reporter, text, whole
+from ...core.numbers import an_array, checked_callback, function, numbers, text, whole
 from ...results.calls import records_call
 from ...results.display import screen
 from ...results.result import Drawable
@@ -91,13 +91,13 @@ def level_diagram(
     single_valued: bool = True,
     chart: Chart | None = None,
     tolerance: float = 1e-10,
-    report: Callable[[float], None] | None = None,
+    callback: Callable[[float], None] | None = None,
 ) -> LevelDiagram:
     """Compute levels against a parameter, in one symmetry class or several.
 
     :Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or
         sequences of them, one for each class; count: number of levels of each class; name: of the parameter; hbar,
-        single_valued, chart, tolerance as in `spectrum`; report: called with the fraction that is done.
+        single_valued, chart, tolerance as in `spectrum`; callback: called with the fraction that is done.
     :Returns: LevelDiagram.
     :Raises: as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do not;
         Interrupted on Ctrl-C, with NaN where nothing was computed yet in `.partial`.
@@ -117,21 +117,21 @@ def level_diagram(
     if points.ndim != 1 or not points.size or not np.isfinite(points).all():
         raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {values!r}")
     function("make", make)
-    reporter(report)
+    checked_callback(callback)
     chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     rows: list[list[LevelTable]] = []
     with partial_result_on_interrupt("level_diagram", lambda: diagram_of(name, points, rows) if rows else None):
         for number, value in enumerate(points):
             rows.append(_row_at(number, float(value), make, chosen, count, options))
-            if report is not None:
-                report((number + 1) / points.size)
+            if callback is not None:
+                callback((number + 1) / points.size)
     return diagram_of(name, points, rows)
 
 
 @records_call
 def class_diagram(
-    body: Body,
+    model: Body,
     *,
     m: int | Sequence[int],
     l: int | Sequence[int],
@@ -143,8 +143,8 @@ def class_diagram(
 ) -> LevelDiagram:
     """Compute levels of a body against its spin m at one vorticity l, or against l at one m.
 
-    :Parameters: m, l: one a sequence of whole numbers, the points of the diagram, the other a whole number; count: how
-        many levels of each class; hbar, single_valued, chart, tolerance as in `spectrum`.
+    :Parameters: model: a Body; m, l: one a sequence of whole numbers, the points of the diagram, the other a whole
+        number; count: how many levels of each class; hbar, single_valued, chart, tolerance as in `spectrum`.
     :Returns: LevelDiagram of one column, whose values are the sequence.
     :Raises: as `spectrum`.
     :Source: as `spectrum`.
@@ -159,7 +159,7 @@ def class_diagram(
     name = "m" if np.ndim(m) == 1 else "l"
     chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
-    rows = [[found] for found in _row(body, chosen, count, options)]
+    rows = [[found] for found in _row(model, chosen, count, options)]
     return diagram_of(name, np.array([getattr(one, name) for one in chosen], float), rows)
 
 
@@ -184,16 +184,16 @@ def _row_at(
         raise type(problem)(f"values[{number}] = {value:g}: {problem}") from problem
 
 
-def _row(body: Any, chosen: list[Any], count: int, options: dict[str, Any]) -> list[LevelTable]:
+def _row(model: Any, chosen: list[Any], count: int, options: dict[str, Any]) -> list[LevelTable]:
     """Return the levels of the classes of a body: at once where it separates."""
     whole("count", count, 1)
-    found = spectrum(body, m=chosen[0].m, l=chosen[0].l, count=count, **options)
+    found = spectrum(model, m=chosen[0].m, l=chosen[0].l, count=count, **options)
     if len(chosen) == 1:
         return [found]
     m, l = zip(*chosen, strict=True)
     if found.separated:
-        return spectrum_table(body, m=m, l=l, count=count, **options)
-    return [found, *(spectrum(body, m=one.m, l=one.l, count=count, **options) for one in chosen[1:])]
+        return spectrum_table(model, m=m, l=l, count=count, **options)
+    return [found, *(spectrum(model, m=one.m, l=one.l, count=count, **options) for one in chosen[1:])]
 
 
 def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[LevelTable]]) -> LevelDiagram:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, ParamSpec, cast
 import numpy as np
 
 from ...core.interruption import partial_result_on_interrupt
-from ...core.numbers import an_array, fits, positive, reporter, whole
+from ...core.numbers import an_array, checked_callback, fits, positive, whole
 from ...results.calls import records_call
 from ...runs.interruptible import interruptible
 from ...runs.requirements import checked_system
@@ -36,8 +36,8 @@ NEAR = (1e-2, 1e-4, 1e-6)
 P = ParamSpec("P")
 
 
-def _checked_body(body: Any) -> None:
-    system = checked_system(body, needs="H = T(p) + V(q)")
+def _checked_body(model: Any) -> None:
+    system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.isotropic:
         why = (
             f": of H = T(p) + V(q), T quadratic, in one to {COORDINATES} coordinates spectrum(body, count=..., "
@@ -45,7 +45,7 @@ def _checked_body(body: Any) -> None:
             "tori, of any number"
         )
         why = "; with angular potentials spin and vorticity are no quantum numbers" if system.planar else why
-        raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
+        raise TypeError(f"model must be a Body with a doubly isotropic potential, got {type(model).__name__}{why}")
 
 
 def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
@@ -53,8 +53,8 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
 
     @functools.wraps(function)
     def wrapped(*given: P.args, **named: P.kwargs) -> LevelTable:
-        if given or "body" in named:
-            body = given[0] if given else named["body"]
+        if given or "model" in named:
+            body = given[0] if given else named["model"]
             if not vibrates(body):
                 _checked_body(body)
                 missing = [name for name in ("m", "l") if named.get(name) is None]
@@ -68,7 +68,7 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
 @_of_bodies
 @records_call
 def spectrum(
-    body: Dynamics,
+    model: Dynamics,
     *,
     m: int | None = None,
     l: int | None = None,
@@ -77,13 +77,13 @@ def spectrum(
     single_valued: bool = True,
     chart: Chart | None = None,
     tolerance: float = 1e-10,
-    report: Callable[[float], None] | None = None,
+    callback: Callable[[float], None] | None = None,
 ) -> LevelTable:
     """Compute the lowest energy levels of a body in one symmetry class, or of a vibration, with error estimates.
 
     Parameters
     ----------
-    body : `Body`, or any H = T(p) + V(q) in one to three coordinates
+    model : `Body`, or any H = T(p) + V(q) in one to three coordinates
         The potential of a body may separate or not. The kinetic energy of others is quadratic in the momenta.
     m, l : int
         Of a body alone: quantum numbers of spin and vorticity, m + l even for functions on GL(2,R)
@@ -99,7 +99,7 @@ def spectrum(
     tolerance : float, default 1e-10
         Relative, of E and of the spacing of levels, for `converged`. Bases grow until two agree to it or they reach
         their largest size.
-    report : callable, optional
+    callback : callable, optional
         Called after each basis with the largest fraction that may be done.
 
     Returns
@@ -138,25 +138,25 @@ def spectrum(
     >>> fa.quantum.spectrum(fa.HenonHeiles(), count=3, hbar=0.0125).E.round(7)
     array([0.0124824, 0.024876 , 0.024876 ])
     """
-    if vibrates(body):
-        return vibration(body, m, l, count, hbar, tolerance, single_valued, chart, reporter(report))
+    if vibrates(model):
+        return vibration(model, m, l, count, hbar, tolerance, single_valued, chart, checked_callback(callback))
     chosen = checked_class(m, l, single_valued)
-    report = reporter(report)
-    count, hbar, tolerance = _checked(body, count, hbar, tolerance)
+    callback = checked_callback(callback)
+    count, hbar, tolerance = _checked(model, count, hbar, tolerance)
     known: list[LevelTable] = []
     with partial_result_on_interrupt("spectrum", lambda: known[-1] if known else None):
-        if chart is None and not solved_families(body):
-            plane_levels(body, chosen, count, hbar, tolerance, known, report)
+        if chart is None and not solved_families(model):
+            plane_levels(model, chosen, count, hbar, tolerance, known, callback)
         else:
             options: Any = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
-            known += spectrum_table(cast(Any, body), m=[chosen.m], l=[chosen.l], count=count, **options)
-        if report is not None:
-            report(1.0)
+            known += spectrum_table(cast(Any, model), m=[chosen.m], l=[chosen.l], count=count, **options)
+        if callback is not None:
+            callback(1.0)
     return known[-1]
 
 
 def spectrum_table(
-    body: Body,
+    model: Body,
     *,
     m: Sequence[int],
     l: Sequence[int],
@@ -168,8 +168,8 @@ def spectrum_table(
 ) -> list[LevelTable]:
     """Compute the lowest levels of many symmetry classes of a separable body at once.
 
-    :Parameters: m, l: (classes,) each; count: number of levels of each class; hbar, single_valued, chart, tolerance: as
-        in `spectrum`.
+    :Parameters: model: a Body; m, l: (classes,) each; count: number of levels of each class; hbar, single_valued,
+        chart, tolerance: as in `spectrum`.
     :Returns: a list of LevelTable, one for each pair.
     :Raises: as `spectrum`, and ValueError for a body that does not separate. Classes with the same ``|m - l|`` and ``|m
         + l|`` have the same levels and are computed once; eigenproblems of one size are solved in stacks.
@@ -181,11 +181,11 @@ def spectrum_table(
     >>> [table.E.round(9) for table in classes]
     [array([2., 4.]), array([3., 5.])]
     """
-    return separated_tables(body, m, l, count, hbar, single_valued, chart, tolerance)
+    return separated_tables(model, m, l, count, hbar, single_valued, chart, tolerance)
 
 
 def tables_below(
-    body: Any,
+    model: Any,
     limit: float,
     m: Sequence[int],
     l: Sequence[int],
@@ -198,15 +198,15 @@ def tables_below(
     """Return the lowest levels of classes of any body. Those below `limit` are true; the others belong to the body with
     a wall where waves up to `limit` have decayed. Raises NoGroundState where V does not grow to it.
     """
-    if chart is not None or solved_families(body):
-        return separated_tables(body, m, l, count, hbar, single_valued, chart, tolerance, limit)
-    count, hbar, tolerance = _checked(body, count, hbar, tolerance)
+    if chart is not None or solved_families(model):
+        return separated_tables(model, m, l, count, hbar, single_valued, chart, tolerance, limit)
+    count, hbar, tolerance = _checked(model, count, hbar, tolerance)
     classes = [checked_class(*one, single_valued) for one in zip(m, l, strict=True)]
-    return [plane_levels(body, one, count, hbar, tolerance, limit=limit) for one in classes]
+    return [plane_levels(model, one, count, hbar, tolerance, limit=limit) for one in classes]
 
 
 def separated_tables(
-    body: Any,
+    model: Any,
     m: Sequence[int],
     l: Sequence[int],
     count: int,
@@ -217,7 +217,7 @@ def separated_tables(
     limit: float = np.inf,
 ) -> list[LevelTable]:
     """Return as `spectrum_table`; limit: as in `tables_below`."""
-    count, hbar, tolerance = _checked(body, count, hbar, tolerance)
+    count, hbar, tolerance = _checked(model, count, hbar, tolerance)
     spins = an_array("m", m)
     vorticities = an_array("l", l)
     if spins.ndim != 1 or spins.shape != vorticities.shape or spins.size == 0:
@@ -225,8 +225,8 @@ def separated_tables(
             f"m and l must be sequences of the same length, got shapes {spins.shape} and {vorticities.shape}"
         )
     classes = [checked_class(one, other, single_valued) for one, other in zip(m, l, strict=True)]
-    chart = solved_families(body)[0].chart if chart is None and solved_families(body) else chart
-    separated = separate(body, chart)
+    chart = solved_families(model)[0].chart if chart is None and solved_families(model) else chart
+    separated = separate(model, chart)
     if separated.family not in _SOLVED:
         raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
     pairs = sorted({(c.a, c.b) for c in classes})
@@ -235,15 +235,15 @@ def separated_tables(
     return [_levels(c, solved[pairs.index((c.a, c.b))], separated, hbar, tolerance) for c in classes]
 
 
-def solved_families(body: Any) -> list[Family]:
+def solved_families(model: Any) -> list[Family]:
     """Return the families in which the body separates and its levels are computed coordinate by coordinate."""
-    potential = getattr(body, "potential", None)
+    potential = getattr(model, "potential", None)
     return [family for family in _SOLVED if hasattr(potential, family.member)]
 
 
-def _checked(body: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
-    _checked_body(body)
-    return whole("count", count, 1), action_quantum(hbar, body.mu), positive("tolerance", tolerance)
+def _checked(model: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
+    _checked_body(model)
+    return whole("count", count, 1), action_quantum(hbar, model.mu), positive("tolerance", tolerance)
 
 
 @dataclass(frozen=True, repr=False)

@@ -12,20 +12,22 @@ from ..states.level_table import LevelTable
 from ..states.symmetry import action_quantum
 
 
-def vibrates(body: Any) -> bool:
+def vibrates(model: Any) -> bool:
     """Return whether a system is no body and has few coordinates and a kinetic energy quadratic in the momenta."""
-    return is_vibration(body) and body.degrees_of_freedom <= COORDINATES
+    return is_vibration(model) and model.degrees_of_freedom <= COORDINATES
 
 
 def vibration(
-    body: Any, m: Any, l: Any, count: Any, hbar: Any, tolerance: Any, single_valued: Any, chart: Any, report: Any
+    model: Any, m: Any, l: Any, count: Any, hbar: Any, tolerance: Any, single_valued: Any, chart: Any, callback: Any
 ) -> LevelTable:
     """Return the levels of a system that `vibrates`; refuse arguments that only bodies have."""
-    bodies_alone(body, {"m": (m, None), "l": (l, None), "single_valued": (single_valued, True), "chart": (chart, None)})
+    bodies_alone(
+        model, {"m": (m, None), "l": (l, None), "single_valued": (single_valued, True), "chart": (chart, None)}
+    )
     fits("count", count := whole("count", count, 1), 16)
     known: list[LevelTable] = []
     with partial_result_on_interrupt("spectrum", lambda: known[-1] if known else None):
-        vibration_levels(body, count, action_quantum(hbar), positive("tolerance", tolerance), known, report)
-        if report is not None:
-            report(1.0)
+        vibration_levels(model, count, action_quantum(hbar), positive("tolerance", tolerance), known, callback)
+        if callback is not None:
+            callback(1.0)
     return known[-1]

@@ -86,7 +86,7 @@ class LevelTable(Result, axis="level"):
         if self.method.startswith(f"{TORI}, of") and not np.isfinite(self.E).all():
             return (
                 ": no torus of these modes was found with their quanta, as in a resonance or beyond a separatrix; "
-                "quasiclassical_levels(..., near=z0) takes the torus near a point, modes='local' other modes, and "
+                "quasiclassical_levels(..., guess=z0) takes the torus near a point, modes='local' other modes, and "
                 "spectrum(body, count=..., hbar=...) gives exact levels"
             )
         call: Any = getattr(self, "call", None)

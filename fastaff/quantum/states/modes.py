@@ -58,7 +58,7 @@ def modes_of(model: Any, way: str) -> NormalModes:
 
     wells, values = minima(walled(potential_of(model), list(system.periods)), n)
     if not values.size or not np.isfinite(values[0]):
-        raise ValueError("body must have a potential with a minimum, got one without: its tori need near=")
+        raise ValueError("model must have a potential with a minimum, got one without: its tori need guess=")
     W = system.inverse_masses(np.ones((2 * n, 1)))[..., 0]
     K = -np.array([np.hstack(model.tangent_force(*wells[:, 0], *unit)) for unit in np.eye(n)])
     local = way == WAYS[1]
@@ -68,7 +68,7 @@ def modes_of(model: Any, way: str) -> NormalModes:
     root = np.linalg.cholesky(W)
     squares, u = np.linalg.eigh(root.T @ (K + K.T) / 2 @ root)
     if not squares[0] > 0:
-        raise ValueError("body must have a minimum with positive curvatures: at a flat one there are no modes")
+        raise ValueError("model must have a minimum with positive curvatures: at a flat one there are no modes")
     omega = np.sqrt(squares)
     u *= np.where(u[np.abs(u).argmax(axis=0), np.arange(n)] < 0, -1.0, 1.0)
     v = np.concatenate([root @ u / np.sqrt(omega), 1j * np.linalg.solve(root.T, u) * np.sqrt(omega)])

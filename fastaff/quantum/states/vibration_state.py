@@ -72,7 +72,7 @@ class PointLattice:
 class LatticeWaves:
     """Wave functions of levels of a body: values (levels, kept) at the points of a lattice with flat indices kept."""
 
-    body: Any
+    model: Any
     lattice: PointLattice
     kept: np.ndarray
     values: np.ndarray
@@ -82,21 +82,21 @@ class LatticeWaves:
 
     def state(self, number: int, energy: float, hbar: float) -> VibrationState:
         """Return the state of a level."""
-        return VibrationState(number, energy, hbar, self.body, self.lattice, self.kept, self.values[number])
+        return VibrationState(number, energy, hbar, self.model, self.lattice, self.kept, self.values[number])
 
 
 @dataclass(frozen=True)
 class VibrationState(Drawable):
     """A stationary state of a vibration, real and normalised; call it on coordinates q (n, ...).
 
-    number: of the level, from 0; energy; hbar; body; lattice: its sample points; kept (points,): flat indices of those
+    number: of the level, from 0; energy; hbar; model; lattice: its sample points; kept (points,): flat indices of those
     where it is not 0; values (points,), of sum of squares 1.
     """
 
     number: int
     energy: float
     hbar: float
-    body: Dynamics
+    model: Dynamics
     lattice: PointLattice
     kept: np.ndarray
     values: np.ndarray
@@ -168,7 +168,7 @@ class VibrationState(Drawable):
         :Raises: ValueError or TypeError for other modes, and where the minimum is flat.
         :Source: Kellman & Lynch 1986, J. Chem. Phys. 85, 7216 (polyads).
         """
-        found = modes_of(self.body, named("modes", text("modes", modes), WAYS))
+        found = modes_of(self.model, named("modes", text("modes", modes), WAYS))
         p = self.moments()[2]
         away = self.lattice.away(self.kept, found.equilibrium[: len(p)])
         q = (away * self.values**2) @ away.T

@@ -13,7 +13,7 @@ from ...core.numbers import positive, shown
 from ...engine.kinds import OPTIONS, TERMS
 from ...results.progress import says_progress
 from ..models import Body
-from ..models.contracts import WrittenModel, WrittenNonseparable
+from ..models.contracts import FormulaBody, FormulaHamiltonian
 from ..models.mechanics import system_of
 from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
@@ -41,9 +41,9 @@ Text = str | object
 
 @says_progress
 @hinted
-def formula(
+def affine_body(
     text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
-) -> WrittenModel:
+) -> FormulaBody:
     """Make a body from its potential energy V, written as one line of mathematics; the derivatives are exact.
 
     Parameters
@@ -93,7 +93,7 @@ def formula(
 
     Examples
     --------
-    >>> body = fa.formula("C*(D1**2 + D2**2)/2", C=1.0)
+    >>> body = fa.affine_body("C*(D1**2 + D2**2)/2", C=1.0)
     >>> body.potential.C, body.mu
     (1.0, 1.0)
     """
@@ -106,7 +106,7 @@ def formula(
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
     cls: Any = _class(request, values, length)
     if cls.__name__ == "FormulaPotential":
-        return cast(WrittenModel, Body(cls(**values), inertia[0]))
+        return cast(FormulaBody, Body(cls(**values), inertia[0]))
     return cls(*values.values(), *inertia)
 
 
@@ -118,30 +118,30 @@ def hamiltonian(
     *,
     coordinates: str | Sequence[str] | None = None,
     momenta: str | Sequence[str] | None = None,
-    periods: Mapping[str, float | str] | None = None,
+    periodic: Mapping[str, float | str] | None = None,
     masses: ArrayLike | None = None,
     domain: str | None = None,
     rotation: float | str | None = None,
     magnetic: float | str | None = None,
     vector_potential: Mapping[str, Text] | None = None,
-    period: float | str | None = None,
+    drive_period: float | str | None = None,
     friction: float | str | None = None,
     **parameters: float,
-) -> WrittenModel | WrittenNonseparable:
+) -> FormulaHamiltonian:
     """Make a system with ``H = sum p_i^2/2 m_i + V(q)``, or a V(q, t) periodic in t, from V written as one line of
     text; or with any H(q, p) or H(q, p, t), written with its momenta.
 
     Parameters
     ----------
     text : str, SymPy expression, or potential of another tool
-        V of the coordinates, or H of coordinates and momenta, in the grammar of `formula`. Derivatives are exact. Also:
-        an expression of heyoka; a potential of gala, or its Hamiltonian in a rotating frame, in kpc, Myr and solar
-        masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
+        V of the coordinates, or H of coordinates and momenta, in the grammar of `affine_body`. Derivatives are exact.
+        Also: an expression of heyoka; a potential of gala, or its Hamiltonian in a rotating frame, in kpc, Myr and
+        solar masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
     coordinates : str or sequence of str, optional
         1 to 16 names (default: "x y", or those of the other tool's potential).
     momenta : str or sequence of str, optional
         Their momenta: the text is then the whole of H.
-    periods : dict of float or str, optional
+    periodic : dict of float or str, optional
         Periods of coordinates that are angles, numbers or formulas of the parameters, {"x": "2*pi"}. States wind on;
         sections such as "x=0" are then meant modulo the period.
     masses : sequence of float, optional
@@ -157,13 +157,13 @@ def hamiltonian(
         y^2)/2 is added to V. The p are canonical momenta.
     vector_potential : dict of str, optional
         Charge times vector potential, e A, of any magnetic field, {"y": "B*x + k*x**2/2"}: formulas like the text, by
-        the coordinates named, the others being 0; with a period also of t. ``H = sum (p_i - e A_i)^2/2 m_i + V``; V
-        includes the charge too, the speed of light is 1 and p are the canonical momenta, p_x for x.
-    period : float or str, optional
+        the coordinates named, the others being 0; with a drive_period also of t. ``H = sum (p_i - e A_i)^2/2 m_i + V``;
+        V includes the charge too, the speed of light is 1 and p are the canonical momenta, p_x for x.
+    drive_period : float or str, optional
         Period of a driven system; t is the time in its formula.
     friction : float or str, optional
-        Rate g of dp/dt = -dV/dq - g p. Rotation, magnetic, period and friction are numbers, which become fields of
-        these names, or formulas of the parameters such as "2*pi/w".
+        Rate g of dp/dt = -dV/dq - g p. Rotation, magnetic, friction and drive_period are formulas of the parameters
+        such as "2*pi/w", or numbers, which become fields of these names, that of drive_period the field `period`.
     **parameters : float
         Value of each parameter of the formula, by name.
 
@@ -200,7 +200,8 @@ def hamiltonian(
     energy_error is 0.
 
     Without `domain` the margin is the least argument of the logarithms and roots, and of the poles with one sign
-    everywhere. Accuracy and cost are those of `formula`; a rotating frame costs little more (bench/test_rotating.py).
+    everywhere. Accuracy and cost are those of `affine_body`; a rotating frame costs little more
+    (bench/test_rotating.py).
 
     References
     ----------
@@ -213,9 +214,9 @@ def hamiltonian(
     >>> model = fa.hamiltonian("(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)", lam=1.0)
     >>> model.coordinates, model.potential_energy(1.0, 0.5)
     (('x', 'y'), 1.0833333333333333)
-    >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", period="2*pi", e=0.1)
+    >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", drive_period="2*pi", e=0.1)
     >>> H = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1 - q2))/(2 + 2*sin(q1 - q2)**2) - 2*cos(q1) - cos(q2)"
-    >>> double = fa.hamiltonian(H, coordinates="q1 q2", momenta="p1 p2", periods={"q1": "2*pi", "q2": "2*pi"})
+    >>> double = fa.hamiltonian(H, coordinates="q1 q2", momenta="p1 p2", periodic={"q1": "2*pi", "q2": "2*pi"})
     >>> float(double.energy(0.0, 0.0, 1.0, 0.5))
     -2.75
     """
@@ -224,7 +225,12 @@ def hamiltonian(
     if given is not None:
         if momenta is not None:
             raise ValueError(f"momenta are for a whole H, this {type(text).__name__} is V alone: leave them out")
-        beside: dict[str, Any] = {"masses": masses, "period": period, "domain": domain, "periods": periods}
+        beside: dict[str, Any] = {
+            "masses": masses,
+            "drive_period": drive_period,
+            "domain": domain,
+            "periodic": periodic,
+        }
         beside |= {"vector_potential": vector_potential, **options}
         return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)
@@ -232,18 +238,20 @@ def hamiltonian(
     inside: dict[str, float] = {}
     if vector_potential is not None:
         others = {"momenta": momenta, **options}
-        written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
+        written, momenta, inside = _charged(
+            written, vector_potential, names, masses, others, (parameters, drive_period)
+        )
         masses = None
         length = _SYMPY_LENGTH
-    term = term_of(options, period)
+    term = term_of(options, drive_period)
     if momenta is None:
-        _check_rows(names, period)
+        _check_rows(names, drive_period)
     conjugate = () if momenta is None else _momenta(momenta, names, {"masses": masses, **options})
-    values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
+    values = values_of(parameters, (*names, *conjugate, *([] if drive_period is None else [TIME]))) | inside
     weights = () if masses is None else masses_of(masses, len(names))
-    own = period_texts(periods, names)
-    if period is not None:
-        return _driven((written, length), domain, values, (names, conjugate), weights, period, own)
+    own = period_texts(periodic, names)
+    if drive_period is not None:
+        return _driven((written, length), domain, values, (names, conjugate), weights, drive_period, own)
     rates = rates_of(options, values, names)
     if term is not None and term.planar and weights and weights[0] != weights[1]:
         raise ValueError(
@@ -294,9 +302,7 @@ def _charged(
     if given:
         instead = "write the whole of H with its momenta"
         if given[0] == "friction":
-            instead = (
-                "make the model without it, then flow(model, forces={'x': '-g*(p_x - A_x)'}, ...), A_x written out"
-            )
+            instead = "make the model without it, then ode(model, forces={'x': '-g*(p_x - A_x)'}, ...), A_x written out"
         raise ValueError(f"{given[0]} does not go with vector_potential: {instead}")
     example = "{'y': 'B*x'}"
     if not isinstance(potential, Mapping):
@@ -337,7 +343,7 @@ def _driven(
     written, length = text
     names, momenta = rows
     if TIME in names:
-        raise ValueError(f"coordinates must not have {TIME}, the time of a driven system: its period is given")
+        raise ValueError(f"coordinates must not have {TIME}, the time of a driven system: drive_period is given")
     said = period if isinstance(period, str) else ""
     inertia = "masses" if weights else "unit"
     own = (*periods, *[""] * (len(names) + 2)) if any(periods) or momenta else ()
@@ -368,7 +374,7 @@ def with_periods(model: Any) -> Any:
     system = system_of(model)
     periods = np.array(model.periods(), dtype=float)[:, None] if hasattr(model, "periods") else np.zeros((1, 1))
     if not (np.isfinite(periods) & (periods >= 0)).all():
-        raise ValueError(f"periods must be positive, got {periods[:, 0].tolist()}")
+        raise ValueError(f"periodic must be positive, got {periods[:, 0].tolist()}")
     random = np.random.default_rng(5)
     slopes = system.slopes
     z = random.uniform(-1, 1, (system.rows, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
@@ -379,7 +385,7 @@ def with_periods(model: Any) -> Any:
             off = np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))
         if off.any():
             raise ValueError(
-                f"periods[{model.coordinates[row]!r}] must be one of the system's, whose equations change over "
+                f"periodic[{model.coordinates[row]!r}] must be one of the system's, whose equations change over "
                 f"{periods[row, 0]:.9g}"
             )
     return model
@@ -397,7 +403,7 @@ def _class(request: Request, values: dict[str, float], length: int) -> type:
     used = used.union(*(program.names for program in request.option_programs().values()))
     used = used.union(*(program.names for program in request.period_programs() if program is not None))
     if request.period:
-        used |= parse(request.period, (), request.parameters, argument="period").names
+        used |= parse(request.period, (), request.parameters, argument="drive_period").names
     unused = [name for name in values if name not in used]
     if unused:
         raise ValueError(

@@ -46,8 +46,8 @@ TIME = "t"
 """Name of the time in the potentials of driven systems."""
 
 TIME_HINT = (
-    "the time of a driven system, which needs a period: hamiltonian(..., period=6.28), or a formula of the parameters "
-    "such as period='2*pi/w'; or a coordinate or parameter of that name"
+    "the time of a driven system, which needs a period: hamiltonian(..., drive_period=6.28), or a formula of the "
+    "parameters such as drive_period='2*pi/w'; or a coordinate or parameter of that name"
 )
 
 

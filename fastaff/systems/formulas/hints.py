@@ -11,7 +11,7 @@ from ..models.body import FREE, TERMS
 from .arguments import checked_names
 from .grammar import TIME, UnknownName
 
-PULLED = "make the model without them, then flow(model, forces={'x': 'f*cos(w*t) - g*p_x'}, ...)"
+PULLED = "make the model without them, then ode(model, forces={'x': 'f*cos(w*t) - g*p_x'}, ...)"
 """Advice where friction is given with an argument that excludes it."""
 
 P = ParamSpec("P")
@@ -26,7 +26,7 @@ def hinted(function: Callable[P, R]) -> Callable[P, R]:
         try:
             return function(*given, **named)
         except UnknownName as problem:
-            hint = _of_body(problem.name) if function.__name__ == "formula" else _of_rows(problem.name, named)
+            hint = _of_body(problem.name) if function.__name__ == "affine_body" else _of_rows(problem.name, named)
             if not hint:
                 raise
             said, known = str(problem).split("; known are ", 1)

@@ -31,7 +31,7 @@ from .variables import VARIABLES, ProgramTrial, check_real, check_symmetry, ever
 
 class Request(NamedTuple):
     """All data that determine a generated class. inertia: "mu" or "pair" for bodies, "unit" or "masses" for other
-    systems, or "flow" for equations; rotation, magnetic, friction: formulas of the parameters; others: names and
+    systems, or "ode" for equations; rotation, magnetic, friction: formulas of the parameters; others: names and
     formulas of the other options of terms (`engine.kinds.OPTIONS`); period: of a driven system, whose last coordinate
     is its time: a formula of the parameters, or "" for a field. With momenta the text is H(q, p); periods: texts of the
     periods of its rows, "" for none.
@@ -63,7 +63,7 @@ class Request(NamedTuple):
 
     def period_programs(self) -> tuple[Program | None, ...]:
         """Return the programs of the periods of the rows, None where there is none."""
-        named = [parse(text, (), self.parameters, argument="periods") if text else None for text in self.periods]
+        named = [parse(text, (), self.parameters, argument="periodic") if text else None for text in self.periods]
         return tuple(named)
 
     def program(self, length: int) -> Program:
@@ -180,7 +180,7 @@ def _repr(self: Any) -> str:
     domain = [] if self.domain is None else [f"domain={self.domain!r}"]
     fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
     request = Request(*self._request)
-    own = {**request.options, "period": request.period, "momenta": request.momenta}
+    own = {**request.options, "drive_period": request.period, "momenta": request.momenta}
     said = [f"{name}={text!r}" for name, text in own.items() if text not in (None, "", (), [], name)]
     return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *said, *fields])})"
 
@@ -192,7 +192,7 @@ def _reduce(self: Any, request: Request) -> tuple:
 def rebuild(request: tuple, values: tuple) -> Any:
     """Return the value of a pickled request and the numbers of its fields."""
     whole = Request(*request)
-    program = whole.programs(8000) if whole.inertia == "flow" else whole.program(8000)
+    program = whole.programs(8000) if whole.inertia == "ode" else whole.program(8000)
     programs = program, whole.domain_program()
     cls = generated_class(whole, programs, dict(zip(whole.parameters, values, strict=False)))
     return cls(*values)
@@ -203,7 +203,7 @@ def rebuild(request: tuple, values: tuple) -> Any:
 
 def _derive(request: Request, programs: Any, values: Mapping[str, float]) -> str:
     imported("sympy", what="a formula that is new here")
-    if request.inertia == "flow":
+    if request.inertia == "ode":
         return _derive_flow(request, programs, values)
     return (_derive_hamiltonian if request.coordinates else _derive_body)(request, programs, values)
 
@@ -219,9 +219,9 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
 
     from .centres import centres
     from .domains import conditions, everywhere, poles, reached
-    from .flow_source import nonseparable_model
     from .inertia import in_turning_frame, separated
     from .model_source import driven_model, hamiltonian_model
+    from .ode_source import nonseparable_model
     from .potential_source import Description
     from .sympy_bridge import sharp, to_sympy
 
@@ -242,7 +242,7 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     )
     period: Any = request.period
     if period:
-        period = to_sympy(parse(period, (), request.parameters, argument="period"), names)
+        period = to_sympy(parse(period, (), request.parameters, argument="drive_period"), names)
     periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
     more: dict[str, Any]
     places = everywhere([own[name] for name in request.coordinates])
@@ -284,7 +284,7 @@ def _derive_flow(
     import sympy
 
     from .domains import conditions, everywhere, poles, reached
-    from .flow_source import flow_model
+    from .ode_source import ode_model
     from .potential_source import Description
     from .sympy_bridge import sharp, to_sympy
 
@@ -304,7 +304,7 @@ def _derive_flow(
         request.text, request.domain, request.parameters, "An autonomous system.", request.coordinates
     )
     periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
-    return flow_model(description, rates, (walls, poles(sympy.Tuple(*rates), region)), own, periods)
+    return ode_model(description, rates, (walls, poles(sympy.Tuple(*rates), region)), own, periods)
 
 
 def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:

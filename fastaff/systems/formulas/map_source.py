@@ -261,22 +261,22 @@ def _numbered(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...
     return None
 
 
-def period_texts(periods: Any, rows: Sequence[str]) -> tuple[str, ...]:
+def period_texts(periodic: Any, rows: Sequence[str]) -> tuple[str, ...]:
     """Return the text of each row's period, "" where it has none; raise ValueError or TypeError for wrong periods."""
-    given = {} if periods is None else periods
+    given = {} if periodic is None else periodic
     if not isinstance(given, Mapping):
         raise TypeError(
-            f"periods must be a dictionary such as {{'x': 2*pi}}, got {periods!r} ({type(periods).__name__})"
+            f"periodic must be a dictionary such as {{'x': 2*pi}}, got {periodic!r} ({type(periodic).__name__})"
         )
     for name in given:
         if name not in rows:
-            raise ValueError(f"periods must be of {', '.join(rows)}, got one of {name!r}")
+            raise ValueError(f"periodic must be of {', '.join(rows)}, got one of {name!r}")
     texts = []
     for name in rows:
         value = given.get(name, "")
         if not isinstance(value, str):
             from ...core.numbers import positive
 
-            value = repr(positive(f"periods[{name!r}]", value))
+            value = repr(positive(f"periodic[{name!r}]", value))
         texts.append(value.strip())
     return tuple(texts)

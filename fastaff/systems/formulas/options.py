@@ -12,17 +12,17 @@ from .hints import PULLED
 
 
 def term_of(options: Mapping[str, Any], period: Any) -> Term | None:
-    """Return the term that options add to T and V; refuse two terms, and a term with a period."""
+    """Return the term that options add to T and V; refuse two terms, and a term with a drive."""
     given = {name: TERMS[OPTIONS[name]] for name, entry in options.items() if entry is not None}
     terms = [*dict.fromkeys(given.values())]
     lost = next((name for name, term in given.items() if "loss" in term.words), None)
     if lost is not None and (len(terms) > 1 or period is not None):
         others = ", ".join(name for name in options if OPTIONS[name] != OPTIONS[lost])
-        raise ValueError(f"{lost} does not go with {others} or period: {PULLED}")
+        raise ValueError(f"{lost} does not go with {others} or drive_period: {PULLED}")
     if len(terms) > 1:
-        raise ValueError(f"{' and '.join(given)} do not go together: write the equations, flow(...)")
+        raise ValueError(f"{' and '.join(given)} do not go together: write the equations, ode(...)")
     if terms and period is not None:
-        raise ValueError(f"period does not go with {', '.join(given)}: a driven system has a frame at rest")
+        raise ValueError(f"drive_period does not go with {', '.join(given)}: a driven system has a frame at rest")
     return terms[0] if terms else None
 
 

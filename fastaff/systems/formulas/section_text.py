@@ -7,7 +7,7 @@ from typing import Any
 
 from ...core.names import named, spelled
 from ..models.mechanics import System, system_of
-from ..models.sections import OF_BODIES, AngleEquals, Linear, Stroboscopic
+from ..models.sections import OF_BODIES, AngleEquals, Hyperplane, Stroboscopic
 from .number import number
 
 TURNING = {text: kind for text, kind in OF_BODIES.items() if "constant" not in kind._fields}
@@ -16,8 +16,8 @@ EQUALS = {text: kind for text, kind in OF_BODIES.items() if "constant" in kind._
 
 
 OTHERS = (
-    "In Python any other is an object, not a text: fastaff.Linear(normal, offset), or a NamedTuple of your own with a "
-    "field direction and a method value(*z)"
+    "In Python any other is an object, not a text: fastaff.Hyperplane(normal, offset), or a NamedTuple of your own "
+    "with a field direction and a method value(*z)"
 )
 
 
@@ -70,7 +70,7 @@ def section_named(text: str, system: System, direction: int = 1, *, argument: st
     normal = tuple(float(k == row) for k in range(system.rows))
     if not system.iterated and system.periods[row : row + 1] > (0.0,):
         return AngleEquals(normal, value, system.periods[row], direction)
-    return Linear(normal, value, direction)
+    return Hyperplane(normal, value, direction)
 
 
 def canonical(text: str) -> str:
@@ -99,7 +99,7 @@ def section_in_words(section: Any, system: System) -> str:
     if type(section) is Stroboscopic and system.driven:
         return f"{system.names[system.moving]}={section.phase:g}"
     rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
-    if type(section) in (Linear, AngleEquals) and len(rows) == 1 and rows[0] < len(system.names):
+    if type(section) in (Hyperplane, AngleEquals) and len(rows) == 1 and rows[0] < len(system.names):
         return f"{system.names[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
     return repr(section)
 

@@ -5,10 +5,10 @@ from typing import Any
 from ...core.identity import tell_apart
 from .body import Body, HenonHeiles
 from .double_pendulum import DoublePendulum
-from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
+from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, univariate
 from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
-from .reduced_body import ReducedBody, reduced
+from .reduction import ReducedBody, reduced_body
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
 __all__ = [
@@ -38,8 +38,8 @@ __all__ = [
     "StackelBody",
     "StandardMap",
     "Zero",
-    "one_variable",
-    "reduced",
+    "reduced_body",
+    "univariate",
 ]
 
 tell_apart(__name__, "angles", "regular_variables", "sections")

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 from .angles import AreaTrace, Coordinates2
 
-TERMS = ("friction", "period", "damping", "forcing", "drive")
+TERMS = ("friction", "drive_period", "period", "damping", "forcing", "drive")
 FREE = (
     "a body has no friction and no drive: write V of its stretches as hamiltonian(..., friction=0.1) or "
-    "hamiltonian(..., period=6.28) or, with both, flow(formula(...), forces={'D1': 'f*cos(w*t) - g*p_D1', "
+    "hamiltonian(..., drive_period=6.28) or, with both, ode(affine_body(...), forces={'D1': 'f*cos(w*t) - g*p_D1', "
     "'D2': '-g*p_D2'}, f=0.1, g=0.1, w=1.0)"
 )
 """Advice where a body should be damped or driven."""
@@ -126,7 +126,7 @@ def _refusing(made: Callable[..., Body]) -> Callable[..., Body]:
         potential = given[1] if len(given) > 1 else named.get("potential")
         model = hasattr(potential, "degrees_of_freedom") and not hasattr(potential, "slopes")
         if model and not isinstance(potential, type):
-            mass = ", its mass by fa.formula(..., mu=)" if hasattr(potential, "mu") else ""
+            mass = ", its mass by fa.affine_body(..., mu=)" if hasattr(potential, "mu") else ""
             raise TypeError(
                 f"potential must be a potential of A and B (value, slopes, margin), got {potential!r}: "
                 f"{type(potential).__name__} is a model itself, without Body: pass it as it is{mass}"

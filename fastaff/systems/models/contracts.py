@@ -23,13 +23,13 @@ class SeparableModel(Protocol):
     velocity(p...) = dT/dp and force(q...) = -dV/dq, n numbers each; kinetic_energy(p...), potential_energy(q...);
     margin(q...): positive in the domain of the potential. Optional: poles(q...): numbers whose whole parts change at
     poles of V (from -1 to 0 if a number changes its sign), as a step may miss a pole: an orbit that has passed one
-    where V is infinite is COLLAPSED, or an adaptive step is repeated; poles_of: name of the field that gives the poles,
-    where the model has them only if that field does; coordinates (n names); angles (see `Angles`); for tangent vectors
-    tangent_force(q..., dq...), the change of the force along dq, and, unless T is quadratic, tangent_velocity(p...,
-    dp...), that of the velocity along dp; isotropic: whether p_eta and p_gamma of a body in the two planes a and b are
-    conserved; kind, a `Kind`. A ROTATING model has angular_velocity(), the rate Omega of rotation of the frame of its
-    first two coordinates x, y: H = T(p) + V(q) - Omega (x p_y - y p_x), with T = (p_x^2 + p_y^2)/2m + ..., so that p
-    are the momenta in a frame at rest.
+    where V is infinite is OUT_OF_DOMAIN, or an adaptive step is repeated; poles_of: name of the field that gives the
+    poles, where the model has them only if that field does; coordinates (n names); angles (see `Angles`); for tangent
+    vectors tangent_force(q..., dq...), the change of the force along dq, and, unless T is quadratic,
+    tangent_velocity(p..., dp...), that of the velocity along dp; isotropic: whether p_eta and p_gamma of a body in the
+    two planes a and b are conserved; kind, a `Kind`. A ROTATING model has angular_velocity(), the rate Omega of
+    rotation of the frame of its first two coordinates x, y: H = T(p) + V(q) - Omega (x p_y - y p_x), with T = (p_x^2 +
+    p_y^2)/2m + ..., so that p are the momenta in a frame at rest.
 
     A DRIVEN model of n coordinates has n + 1 degrees of freedom: its last coordinate is the time t, with velocity 1,
     and p_t balances the energy from the drive, H + p_t = T(p) + V(q, t) + p_t. It has its `period` in t, and phase(t),
@@ -157,19 +157,27 @@ class Written(Protocol):
         """Parameters, and attributes of some kinds of systems, are known only when the text is read."""
 
 
-class WrittenModel(SeparableModel, Written, Protocol):
+class FormulaBody(SeparableModel, Written, Protocol):
+    """A planar affinely-rigid body of a text."""
+
+
+class FormulaSeparable(SeparableModel, Written, Protocol):
     """A `SeparableModel` of a text."""
 
 
-class WrittenNonseparable(Nonseparable, Written, Protocol):
+class FormulaNonseparable(Nonseparable, Written, Protocol):
     """A `Nonseparable` system of a text."""
 
 
-class WrittenMap(Map, Written, Protocol):
+FormulaHamiltonian = FormulaSeparable | FormulaNonseparable
+"""A Hamiltonian system of a text."""
+
+
+class FormulaMap(Map, Written, Protocol):
     """A `Map` of a text."""
 
 
-class WrittenFlow(Autonomous, Written, Protocol):
+class FormulaODE(Autonomous, Written, Protocol):
     """An `Autonomous` system of a text."""
 
 

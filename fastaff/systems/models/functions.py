@@ -3,7 +3,7 @@
 A function is a NamedTuple of float parameters with `value(x)` and `slope(x)` (and `curvature(x)` for tangent maps), on
 floats and arrays, +inf outside its domain. It may also have `regular(s)`: its value as a function of the variable in
 which its coordinate's motion is regular, s = alpha^2, beta^2, r, sin^2(vartheta/2), sinh^2(kappa), sin^2(lambda); else
-value(x(s)) is used. `one_variable` makes one from a plain Python function.
+value(x(s)) is used. `univariate` makes one from a plain Python function.
 """
 
 from __future__ import annotations
@@ -261,9 +261,7 @@ class CosOscillator(NamedTuple):
         return oscillator + self.c / (1 - s) if self.c != 0 else oscillator
 
 
-def one_variable(
-    value: Arithmetic, slope: Arithmetic | None = None, curvature: Arithmetic | None = None
-) -> OneVariable:
+def univariate(value: Arithmetic, slope: Arithmetic | None = None, curvature: Arithmetic | None = None) -> OneVariable:
     """Make a function of one variable for a separable potential from plain Python functions.
 
     Parameters
@@ -300,7 +298,7 @@ def one_variable(
 
     Examples
     --------
-    >>> spring = fa.one_variable(lambda x: x**2 / 2)
+    >>> spring = fa.univariate(lambda x: x**2 / 2)
     >>> body = fa.Body(fa.SeparableAlphaBeta(spring, spring))
     >>> spring.value(2.0), spring.slope(2.0)
     (2.0, 2.0)

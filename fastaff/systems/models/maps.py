@@ -3,7 +3,7 @@
 A map is a NamedTuple of float parameters with plain methods: iterate(q..., p...), 2n numbers of 2n, and
 tangent_iterate(q..., p..., dq..., dp...), the derivative of it applied to a vector; periods(), 2n numbers: the period
 of each coordinate and momentum that has one, else 0; margin(q...), positive in its domain. Its time is the number of
-iterates, its exponents and tunes are per iterate. `fastaff.mapping` makes one from a text.
+iterates, its exponents and tunes are per iterate. `fastaff.iterated_map` makes one from a text.
 """
 
 from __future__ import annotations

@@ -46,13 +46,13 @@ def _of_bodies(text, label, over):
 
 
 @_section
-class Linear(NamedTuple):
+class Hyperplane(NamedTuple):
     """The hyperplane normal . z = offset of the phase space, for a system of any number of degrees of freedom.
 
     Parameters
     ----------
     normal : tuple of 2n floats
-        Entries in the row order of z; x = 0 of Henon-Heiles is Linear(normal=(1, 0, 0, 0)).
+        Entries in the row order of z; x = 0 of Henon-Heiles is Hyperplane(normal=(1, 0, 0, 0)).
     offset : float, default 0
         Value of normal . z on the section.
     direction : {1, -1, 0}, default 1
@@ -60,7 +60,7 @@ class Linear(NamedTuple):
 
     Examples
     --------
-    >>> fa.Linear((1.0, 0.0, 0.0, 0.0), offset=0.25).value(0.5, 0.0, 0.3, 0.0)
+    >>> fa.Hyperplane((1.0, 0.0, 0.0, 0.0), offset=0.25).value(0.5, 0.0, 0.3, 0.0)
     0.25
     """
 
@@ -278,7 +278,7 @@ class Stroboscopic(NamedTuple):
 
     Examples
     --------
-    >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", period="2*pi", e=0.1)
+    >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", drive_period="2*pi", e=0.1)
     >>> cut = fa.poincare_map(pendulum, [0.3, 0.0], section=fa.models.sections.Stroboscopic(), crossings=3)
     >>> (cut.times[:, 0] / (2 * np.pi)).round(9)
     array([1., 2., 3.])

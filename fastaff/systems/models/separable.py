@@ -23,7 +23,7 @@ class SeparableAlphaBeta(NamedTuple):
     Parameters
     ----------
     V_alpha, V_beta : functions of one variable
-        Of `fastaff.models`, or of `one_variable`.
+        Of `fastaff.models`, or of `univariate`.
 
     References
     ----------
@@ -76,7 +76,7 @@ class SeparableRVartheta(NamedTuple):
     Parameters
     ----------
     V_r, V_vartheta : functions of one variable
-        Of `fastaff.models`, or of `one_variable`.
+        Of `fastaff.models`, or of `univariate`.
 
     References
     ----------
@@ -151,7 +151,7 @@ class SeparableElliptic(NamedTuple):
     Parameters
     ----------
     V_kappa, V_lambda : functions of one variable
-        Of `fastaff.models`, or of `one_variable`.
+        Of `fastaff.models`, or of `univariate`.
 
     References
     ----------

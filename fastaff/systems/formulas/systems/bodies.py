@@ -36,7 +36,7 @@ def TwoPolarBody(
     Parameters
     ----------
     potential : str
-        V in the grammar of `formula`, of D1, D2 and parameters; the default, EQ2.2h, has the parameter C.
+        V in the grammar of `affine_body`, of D1, D2 and parameters; the default, EQ2.2h, has the parameter C.
     inertia : float, default 1
         mu, positive.
     domain : str, optional
@@ -131,7 +131,7 @@ def AffineBody(
     I, A, B : float
         Constants of inertia; T is positive where I > abs(A) and I + A + 2 B > 0. "both" has no I.
     potential : str, optional
-        V in the grammar of `formula`, of ``det`` = D1 D2, ``r`` = D1^2 + D2^2 and parameters: any isotropic one.
+        V in the grammar of `affine_body`, of ``det`` = D1 D2, ``r`` = D1^2 + D2^2 and parameters: any isotropic one.
     **parameters : float
         Values of the parameters of V.
 

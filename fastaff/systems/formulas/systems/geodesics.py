@@ -123,7 +123,7 @@ def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
     -------
     model
         As of `hamiltonian`, with the field a, outside the horizon: the margin is r less its radius. Orbits that fall in
-        end COLLAPSED.
+        end OUT_OF_DOMAIN.
 
     Raises
     ------

@@ -30,7 +30,7 @@ class NamedSystem(NamedTuple):
             f"{self.text} + ({more})" if more else self.text,
             coordinates=self.coordinates,
             momenta=self.momenta,
-            periods=dict.fromkeys(self.angles.split(), "2*pi"),
+            periodic=dict.fromkeys(self.angles.split(), "2*pi"),
             domain=domain,
             **parameters,
         )

@@ -19,7 +19,7 @@ class ReducedBody(NamedTuple):
     phase point: alpha, beta, p_alpha, p_beta. For p_gamma = 0 b moves on a straight line of its plane, so beta runs
     through 0 and has either sign; likewise alpha for p_eta = 0. A periodic orbit of the reduced body is a relative
     periodic orbit of the body: after a period the body has turned by some angles eta and gamma, and is periodic itself
-    only if both are rational turns. Make it with `reduced`, which checks its arguments.
+    only if both are rational turns. Make it with `reduced_body`, which checks its arguments.
 
     :Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
         Slawianowski in the chart EQ2.0b.
@@ -131,12 +131,12 @@ class ReducedBody(NamedTuple):
         return np.array(np.broadcast_arrays(*a, *b, *p_a, *p_b))
 
 
-def reduced(body: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
+def reduced_body(model: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
     """Reduce a doubly isotropic body by its rotations to the two degrees of freedom alpha and beta.
 
     Parameters
     ----------
-    body : `Body`
+    model : `Body`
         Body with a doubly isotropic potential.
     p_eta, p_gamma : float, action
         Angular momenta of the planes a and b, which the motion conserves.
@@ -153,9 +153,9 @@ def reduced(body: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
 
     Notes
     -----
-    The section p_alpha = 0, Linear(normal=(0, 0, 1, 0)), is the body's AlphaTurning. The section p_beta = 0,
-    Linear(normal=(0, 0, 0, 1)), is its BetaTurning where p_gamma is not 0. The reduced body has half the rows, so twice
-    the speed. The only neutral directions of its periodic orbits are those of the flow and of the energy.
+    The section p_alpha = 0, Hyperplane(normal=(0, 0, 1, 0)), is the body's AlphaTurning. The section p_beta = 0,
+    Hyperplane(normal=(0, 0, 0, 1)), is its BetaTurning where p_gamma is not 0. The reduced body has half the rows, so
+    twice the speed. The only neutral directions of its periodic orbits are those of the flow and of the energy.
 
     References
     ----------
@@ -163,13 +163,13 @@ def reduced(body: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
 
     Examples
     --------
-    >>> model = fa.reduced(fa.Body(fa.Hyperelastic()), p_eta=0.2, p_gamma=0.1)
+    >>> model = fa.reduced_body(fa.Body(fa.Hyperelastic()), p_eta=0.2, p_gamma=0.1)
     >>> model.coordinates
     ('alpha', 'beta')
     """
-    if not system_of(body).isotropic:
+    if not system_of(model).isotropic:
         raise TypeError(
-            f"body must be a Body, whose potential depends on alpha and beta alone, got {body!r} "
-            f"({type(body).__name__})"
+            f"model must be a Body, whose potential depends on alpha and beta alone, got {model!r} "
+            f"({type(model).__name__})"
         )
-    return ReducedBody(body.potential, body.mu, real("p_eta", p_eta), real("p_gamma", p_gamma))
+    return ReducedBody(model.potential, model.mu, real("p_eta", p_eta), real("p_gamma", p_gamma))

@@ -17,7 +17,7 @@ from ...core.identity import told_apart
 from ...core.interruption import imported
 from ...engine import code_folder
 from ...results.progress import says_progress
-from ..models.contracts import WrittenMap
+from ..models.contracts import FormulaMap
 from .arguments import checked_names, values_of
 from .formula import Text
 from .grammar import CONSTANTS, NUMERIC, Program, parse
@@ -32,23 +32,23 @@ SAME = 1e-10
 
 
 @says_progress
-def mapping(
+def iterated_map(
     text: Text,
     /,
     *,
     coordinates: str | Sequence[str] | None = None,
     momenta: str | Sequence[str] | None = None,
-    periods: Mapping[str, float | str] | None = None,
+    periodic: Mapping[str, float | str] | None = None,
     domain: str | None = None,
     **parameters: float,
-) -> WrittenMap:
+) -> FormulaMap:
     """Make a map from text; its derivative is exact.
 
     Parameters
     ----------
     text : str, or lattice or map of another tool
-        Statements `name = formula` in the grammar of `formula`, one a line or separated by semicolons, such as "p1 = p
-        + K*sin(x); x1 = x + p1". x1, or x', is the image of x; later statements may use it. Other names stand for
+        Statements `name = formula` in the grammar of `affine_body`, one a line or separated by semicolons, such as "p1
+        = p + K*sin(x); x1 = x + p1". x1, or x', is the image of x; later statements may use it. Other names stand for
         formulas used later. Also: a Line of xtrack or a lattice of PyAT, as the map of one turn of x, y, px, py on
         momentum: its linear elements, kicks of thin multipoles, linear dipoles; others are refused by name. The path of
         MAD-X's map_table or of a damap of MAD-NG, or a table with these columns: its Taylor series in the deviations of
@@ -56,7 +56,7 @@ def mapping(
     coordinates, momenta : str or sequence of str, optional
         Names of the variables, in pairs (default: x with p, p_x or px; q_1 with p_1; else the first half of the images
         are those of coordinates).
-    periods : dict of float or str, optional
+    periodic : dict of float or str, optional
         Periods of coordinates and momenta, numbers or formulas of the parameters, {"x": "2*pi"}. Each iterate reduces
         these rows to half a period around 0. A period is refused if images of points a period apart are not equal up to
         whole periods.
@@ -91,7 +91,7 @@ def mapping(
 
     Examples
     --------
-    >>> standard = fa.mapping("p1 = p + K*sin(x); x1 = x + p1", periods={"x": "2*pi"}, K=0.9)
+    >>> standard = fa.iterated_map("p1 = p + K*sin(x); x1 = x + p1", periodic={"x": "2*pi"}, K=0.9)
     >>> standard.symplectic
     True
     >>> fa.integrate(standard, [0.0, 0.1], time=3).z.round(3)
@@ -105,7 +105,7 @@ def mapping(
         text = given
         coordinates = "x y"
         momenta = "px py"
-    model = untried(text, parameters, coordinates, momenta, periods, domain)
+    model = untried(text, parameters, coordinates, momenta, periodic, domain)
     _tried(model)
     return model
 
@@ -115,14 +115,14 @@ def untried(
     parameters: Mapping[str, float],
     coordinates: str | Sequence[str] | None = None,
     momenta: str | Sequence[str] | None = None,
-    periods: Mapping[str, float | str] | None = None,
+    periodic: Mapping[str, float | str] | None = None,
     domain: str | None = None,
 ) -> Any:
-    """Return the map of a text as `mapping` does, without a test of its images with these parameters."""
+    """Return the map of a text as `iterated_map` does, without a test of its images with these parameters."""
     values = values_of(dict(parameters), ())
     found = statements(text, tuple(values))
     q, p = _paired(found.variables, coordinates, momenta)
-    request = MapRequest(TAG, text, domain, tuple(values), q, p, period_texts(periods, (*q, *p)))
+    request = MapRequest(TAG, text, domain, tuple(values), q, p, period_texts(periodic, (*q, *p)))
     cls: Any = _class(request, found, values)
     return cls(*values.values())
 
@@ -152,7 +152,7 @@ def _programs(request: MapRequest) -> tuple[Program | None, list[Program | None]
     wall = None if domain is None else parse(domain, request.coordinates, request.parameters, argument="domain")
     names = (*request.coordinates, *request.momenta)
     return wall, [
-        parse(text, (), request.parameters, argument=f"periods[{name!r}]") if text else None
+        parse(text, (), request.parameters, argument=f"periodic[{name!r}]") if text else None
         for name, text in zip(names, request.periods, strict=True)
     ]
 
@@ -173,9 +173,9 @@ def _class(request: MapRequest, found: Statements, values: Mapping[str, float]) 
             try:
                 period = program.run(float, {**values, **CONSTANTS}, NUMERIC, pow)
             except (ArithmeticError, ValueError) as problem:
-                raise ValueError(f"periods[{name!r}] has no value: {problem}") from None
+                raise ValueError(f"periodic[{name!r}] has no value: {problem}") from None
             if isinstance(period, complex) or not (math.isfinite(period) and period > 0):
-                raise ValueError(f"periods[{name!r}] must be positive, got {period!r}")
+                raise ValueError(f"periodic[{name!r}] must be positive, got {period!r}")
     return _generated(request, found, wall, periods)
 
 
@@ -247,7 +247,7 @@ def _tried(model: Any) -> None:
             at, worst = np.argwhere(off.T)[0]
             place = ", ".join(f"{name} = {number:.4g}" for name, number in zip(names, z[:, at], strict=True))
             raise ValueError(
-                f"periods[{names[row]!r}] must be one of the map's, got {periods[row, 0]:.9g}: at {place} the image "
+                f"periodic[{names[row]!r}] must be one of the map's, got {periods[row, 0]:.9g}: at {place} the image "
                 f"of {names[worst]} is {image[worst, at]:.9g} and {later[worst, at]:.9g} a period later"
             )
 

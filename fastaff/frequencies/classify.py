@@ -1,8 +1,8 @@
-"""Kinds of orbits: what their frequencies, the errors of these and the lines beside them tell. Limits of
+"""Classes of orbits: what their frequencies, the errors of these and the lines beside them tell. Limits of
 lines are `fundamental.LIMITS`, the others are here.
 
 A line is explained by a combination of the frequencies within its error bar. An orbit whose visible lines are all
-explained by n frequencies is INDEPENDENT, by fewer of them DEPENDENT; one whose frequencies change more than steady
+explained by n frequencies is REGULAR, by fewer of them RESONANT; one whose frequencies change more than steady
 lines can is IRREGULAR; any other is UNDECIDED. `bench/frequency_coverage.py` counts how often this is wrong, on orbits
 of known frequencies.
 """
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .frequencies import FrequencyKind
+from ..core.classification import Classification
 from .fundamental import BRIEF, BROAD, LIMITS, LatticeModes, run
 from .integer_lattice import ball, one_of_each
 from .kernels.relations import vanishing
@@ -36,7 +36,7 @@ rarely closer than a cycle.
 """
 
 EXACT = 1e-3
-"""Error of the leading lines, in cycles over the time, up to which fewer frequencies than loops are no close pairs: of
+"""Error of the dominant lines, in cycles over the time, up to which fewer frequencies than loops are no close pairs: of
 3106 orbits of `bench/frequency_coverage.py --quick --seed 3` one of 76 such pairs is left.
 """
 
@@ -67,17 +67,17 @@ ROUGH = 0.12
 """Share of a loop's size outside of its strongest lines up to which a change is no evidence of chaos."""
 
 SHARP = 0.1
-"""Error of a leading line, in cycles over the time, up to which it is none either."""
+"""Error of a dominant line, in cycles over the time, up to which it is none either."""
 
 BEAT = 0.5
-"""Cycles over the time within which the leading lines of two loops are one, and by which frequencies change as these
+"""Cycles over the time within which the dominant lines of two loops are one, and by which frequencies change as these
 beat.
 """
 
 
 def unexplained(found: LatticeModes, time: np.ndarray) -> np.ndarray:
     """Return a mask of orbits over a time (orbits,) with lines that the frequencies may not explain."""
-    rough = (found.moving & ~(found.leading_error * time[:, None] < EXACT)).any(axis=1)
+    rough = (found.moving & ~(found.dominant_error * time[:, None] < EXACT)).any(axis=1)
     missing = found.rank < found.moving.sum(axis=1)
     incomplete = missing & (rough | (found.rest > BROAD) | (found.strange > 0))
     return (found.rank == 0) | (found.strange > LIMITS.visible) | incomplete
@@ -91,9 +91,9 @@ def changing(rates: LoopRates, found: LatticeModes, time: np.ndarray) -> np.ndar
     m = found.nu.shape[1]
     least = np.full(change.size, max(CHANGED, EACH * (m - 1) if m > 2 else 0.0))
     if m == 2:
-        beating = np.ptp(found.leading, axis=1) * time < BEAT
+        beating = np.ptp(found.dominant, axis=1) * time < BEAT
         least = np.where(beating, np.maximum(least, BEAT), least)
-    sharp = (found.leading_error * time[:, None] <= SHARP) | ~found.moving
+    sharp = (found.dominant_error * time[:, None] <= SHARP) | ~found.moving
     return (change > least) & (found.rest > ROUGH) & ~sharp.all(axis=1)
 
 
@@ -105,8 +105,8 @@ def unsettled(rates: LoopRates, found: LatticeModes, time: np.ndarray, threads: 
     unsure = (found.owned & (rates.error * time[:, None] > UNSURE)).any(axis=1)
     # Leading lines that are the frequencies themselves hide no other line that would be one.
     own = np.eye(found.nu.shape[1], dtype=np.int64)
-    leading = ((found.combination == own) | ~found.moving[:, :, None]).all(axis=(1, 2))
-    hidden = unresolved_relations(known, rates.error, time, threads) & ~leading
+    dominant = ((found.combination == own) | ~found.moving[:, :, None]).all(axis=(1, 2))
+    hidden = unresolved_relations(known, rates.error, time, threads) & ~dominant
     return unsure | related(known, rates.error, threads) | hidden
 
 
@@ -148,15 +148,15 @@ def _combinations(m: int) -> np.ndarray:
     return np.ascontiguousarray(np.concatenate([k.T, [length[length > 1]]]), dtype=np.float64)
 
 
-def kinds(
+def classify(
     rank: np.ndarray, frequencies: int, turns: np.ndarray, undecided: np.ndarray, irregular: np.ndarray
 ) -> np.ndarray:
-    """Return the kind (orbits,) of orbits with so many independent frequencies, rank (orbits,), over so many turns of
-    the fastest (orbits,), from masks of those that are undecided, or irregular, by their lines.
+    """Return the classification (orbits,) of orbits with so many independent frequencies, rank (orbits,), over so many
+    turns of the fastest (orbits,), from masks of those that are undecided, or irregular, by their lines.
     """
-    kind = np.where(rank < frequencies, FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
-    kind[undecided] = FrequencyKind.UNDECIDED
-    kind[irregular] = FrequencyKind.IRREGULAR
-    kind[(turns < MANY_TURNS) & (kind != FrequencyKind.INDEPENDENT)] = FrequencyKind.UNDECIDED
-    kind[turns < FEW_TURNS] = FrequencyKind.UNDECIDED
-    return kind
+    classification = np.where(rank < frequencies, Classification.RESONANT, Classification.REGULAR)
+    classification[undecided] = Classification.UNDECIDED
+    classification[irregular] = Classification.IRREGULAR
+    classification[(turns < MANY_TURNS) & (classification != Classification.REGULAR)] = Classification.UNDECIDED
+    classification[turns < FEW_TURNS] = Classification.UNDECIDED
+    return classification

@@ -11,7 +11,7 @@ from .potential_source import Description, class_text, constant, margin_method, 
 from .printing import Assignments
 
 
-def flow_model(
+def ode_model(
     d: Description,
     rates: Sequence[Any],
     bounds: tuple[Sequence[Any], Sequence[Any]],
@@ -32,7 +32,7 @@ def flow_model(
         *periods_methods(periods),
     ]
     what = f"an autonomous system of {len(names)} variable{'' if len(names) == 1 else 's'}"
-    body = class_text("FormulaFlow", what, d, d.parameters, methods)
+    body = class_text("FormulaODE", what, d, d.parameters, methods)
     text = module(d, body, "\nfrom fastaff.systems.models.contracts import Kind\n")
     return text.replace('"""V = ', '"""')
 

@@ -9,7 +9,7 @@ from typing import Any
 from ...core.foreign import call_for
 from ...core.numbers import real, shown
 from ...results.progress import says_progress
-from ..models.contracts import WrittenFlow
+from ..models.contracts import FormulaODE
 from .arguments import text_of
 from .equations import split
 from .forced import equations as equations_of
@@ -25,31 +25,31 @@ LENGTH = 2000
 
 
 @says_progress
-def flow(
+def ode(
     text: Text,
     /,
     *,
     domain: str | None = None,
     forces: Mapping[str, str] | None = None,
-    periods: Mapping[str, float | str] | None = None,
+    periodic: Mapping[str, float | str] | None = None,
     **parameters: float,
-) -> WrittenFlow:
+) -> FormulaODE:
     """Make an autonomous system dz/dt = f(z) from equations written as text; the derivatives are exact.
 
     Parameters
     ----------
     text : str, or dict or sequence of pairs
         One equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks: 1 to 16
-        variables, right-hand sides in the grammar of `formula`. Or the variables with their right-hand sides as
+        variables, right-hand sides in the grammar of `affine_body`. Or the variables with their right-hand sides as
         expressions of SymPy or of heyoka, {x: ...} or [(x, ...), ...]; par[0] of heyoka is the parameter par_0. Or a
-        model that `hamiltonian` made, a named system H(q, p), HenonHeiles, a Body of a named potential, or a `formula`
-        of D1 and D2, whose flow has the rows q, p (those of a body its stretches, D1 D2 p_D1 p_D2).
+        model that `hamiltonian` made, a named system H(q, p), HenonHeiles, a Body of a named potential, or a
+        `affine_body` of D1 and D2, whose flow has the rows q, p (those of a body its stretches, D1 D2 p_D1 p_D2).
     domain : str, optional
         Formula that is positive inside the domain of the system (default of a model: its own).
     forces : dict of str, optional
         For a model: forces beside its own, by coordinate, {"x": "f*cos(w*t) - g*p_x"}. The time may occur in them as
         cos(w*t) and sin(w*t), which become two further rows, `cosine` and `sine`, that run round a circle.
-    periods : dict of float or str, optional
+    periodic : dict of float or str, optional
         Periods of the variables that are angles, {"x": "2*pi"}, numbers or formulas of the parameters (default of a
         model: its own): a section x=c counts each turn.
     **parameters : float
@@ -72,7 +72,7 @@ def flow(
     Notes
     -----
     Runge-Kutta schemes integrate it (default DOP853; VERNER9, or RK4 with a step), in `integrate`, `poincare_map`
-    (sections x=c and Linear), `tangent_map` and `chaos_map` with indicators of tangent vectors. There is no energy:
+    (sections x=c and Hyperplane), `tangent_map` and `chaos_map` with indicators of tangent vectors. There is no energy:
     energy_error is 0, and the user must check conserved quantities. Cost: a state of an odd number of variables takes
     the memory of one more.
 
@@ -82,11 +82,11 @@ def flow(
 
     Examples
     --------
-    >>> lorenz = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+    >>> lorenz = fa.ode("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
     >>> lorenz.coordinates, lorenz.rates(1.0, 1.0, 1.0)
     (('x', 'y', 'z'), (-0.0, 26.0, -1.6666666666666665))
-    >>> sheet = fa.formula("gent", G=1.0, Jm=4.0, K=2.0)
-    >>> pulled = fa.flow(sheet, forces={"D1": "f*cos(w*t) - g*p_D1", "D2": "-g*p_D2"}, f=0.1, g=0.1, w=1.2)
+    >>> sheet = fa.affine_body("gent", G=1.0, Jm=4.0, K=2.0)
+    >>> pulled = fa.ode(sheet, forces={"D1": "f*cos(w*t) - g*p_D1", "D2": "-g*p_D2"}, f=0.1, g=0.1, w=1.2)
     >>> pulled.coordinates
     ('D1', 'D2', 'p_D1', 'p_D2', 'cosine', 'sine')
     """
@@ -94,7 +94,7 @@ def flow(
         turned = periods_of(text)
         text, own, parameters = equations_of(text, {} if forces is None else forces, parameters)
         domain = own if domain is None else domain
-        periods = turned if periods is None else periods
+        periodic = turned if periodic is None else periodic
     written, length = _written(text)
     equations = split(written)
     names: list[str] = []
@@ -106,8 +106,8 @@ def flow(
     for name, side in equations:
         if re.search(r"\bt\b", side) and "t" not in (*names, *values):
             raise ValueError(f"text: {name}' depends on t, which a flow does not know: make it a variable, t' = 1")
-    turns = period_texts(periods, names)
-    request = Request(written, domain, tuple(values), tuple(names), "flow", periods=turns if any(turns) else ())
+    turns = period_texts(periodic, names)
+    request = Request(written, domain, tuple(values), tuple(names), "ode", periods=turns if any(turns) else ())
     programs = request.programs(length)
     domain_program = request.domain_program()
     every = (*programs, domain_program, *request.period_programs())

@@ -1,4 +1,4 @@
-"""One unit of a job: a pure function of the job and the unit's number, the same in every process."""
+"""One chunk of a job: a pure function of the job and the chunk's number, the same in every process."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from ..core.numbers import portion
 from ..core.status import Status
 from ..engine.code_folder import package_hash
 from ..results.machine import processor
-from .analyses import AnalysedOrbits, Run
+from .analyses import AnalysedOrbits, RunOptions
 from .job import Job, JobPlan, distinct
 from .launch import Points, between
 from .store import ATTEMPT, DONE, WAITING, Store
 from .wording import OptionError
 
-LOG = "units.jsonl"
-"""File in a store with a line for each unit that was computed, for people."""
+LOG = "chunks.jsonl"
+"""File in a store with a line for each chunk that was computed, for people."""
 
 
-class Unit(NamedTuple):
-    """Outcome of a unit: its number, orbits, seconds, counts of statuses by analysis and name, and the worst energy
+class Chunk(NamedTuple):
+    """Outcome of a chunk: its number, orbits, seconds, counts of statuses by analysis and name, and the worst energy
     error.
     """
 
@@ -48,7 +48,7 @@ class Running(NamedTuple):
 
 
 def running(path: Any, **own: Any) -> Running:
-    """Return an open store with its job; own: model or starts that no text describes."""
+    """Return an open store with its job; own: model or initial conditions that no text describes."""
     store = Store(path, writing=True)
     if store.facts["source"] != package_hash():
         raise OptionError(
@@ -57,28 +57,28 @@ def running(path: Any, **own: Any) -> Running:
         )
     if "model" in own and (told := stated(store).get("model")) != distinct(own["model"]):
         raise OptionError(f"{path} is of the model {told or 'in its job'}, got {distinct(own['model'])}")
-    if not store.facts["own_starts"]:
+    if not store.facts["own_initial_conditions"]:
         job = Job.parsed(store.facts["job"], str(path), **own)
         return Running(store, job, job.plan())
     z0 = store.root["launch/z0"]
-    job = Job.parsed(store.facts["job"], str(path), **{**own, "starts": z0[:, :1]})
+    job = Job.parsed(store.facts["job"], str(path), **{**own, "initial_conditions": z0[:, :1]})
     return Running(store, job, job.plan()._replace(launch=Points(z0)))
 
 
 def same_processor(store: Store, other: bool) -> None:
-    """Refuse to compute units of a store that was begun on another kind of processor, unless that is asked for now or
+    """Refuse to compute chunks of a store that was begun on another kind of processor, unless that is asked for now or
     was before; the store records it.
     """
-    if other and not store.facts["other_processors"]:
-        store.tell(other_processors=True)
+    if other and not store.facts["other_cpu_allowed"]:
+        store.tell(other_cpu_allowed=True)
     begun, here = (text.split() for text in (store.facts["processor"], processor()))
-    if begun == here or store.facts["other_processors"]:
+    if begun == here or store.facts["other_cpu_allowed"]:
         return
     first, second = (" ".join(sorted({*one} - {*two})) or "nothing" for one, two in ((begun, here), (here, begun)))
     raise OptionError(
         f"{store.path} was begun on another kind of processor: it had {first}, this one has {second} instead; the last "
-        "digits of orbits may differ between the two. To go on all the same give --other-processor "
-        "(other_processor=True)"
+        "digits of orbits may differ between the two. To go on all the same give --allow-other-cpu "
+        "(allow_other_cpu=True)"
     )
 
 
@@ -86,7 +86,11 @@ def stated(store: Store) -> dict[str, str]:
     """Return the names, in the job of a store, of model and starts that no text describes."""
     try:
         tables = tomllib.loads(store.facts["job"])
-        return {name: str(tables[name]["value"]) for name in ("model", "starts") if "value" in tables.get(name, {})}
+        return {
+            name: str(tables[name]["value"])
+            for name in ("model", "initial_conditions")
+            if "value" in tables.get(name, {})
+        }
     except (ValueError, TypeError, AttributeError, RecursionError) as problem:
         raise OptionError(f"{store.path} is damaged: its job is no TOML: {problem}") from None
 
@@ -98,34 +102,35 @@ def _opened(path: str, source: str, modified: float, own: tuple) -> Running:
     return begun
 
 
-def compute_unit(path: str, number: int, threads: int | None = None, own: dict[str, Any] | None = None) -> Unit:
-    """Compute a unit of a store in this process and write it; the store, its job and kernels are kept for the next.
+def compute_chunk(path: str, number: int, threads: int | None = None, own: dict[str, Any] | None = None) -> Chunk:
+    """Compute a chunk of a store in this process and write it; the store, its job and kernels are kept for the next.
 
     For executors: the arguments are a path and numbers, the result is small.
 
     Examples
     --------
-    >>> job = fa.Job(model=fa.HenonHeiles(), starts=[0.1, 0.0, 0.0, 0.2], integrate=fa.jobs.Motion(time=1.0))
-    >>> whole = fa.run(job, "units.zarr")
-    >>> fa.jobs.compute_unit("units.zarr", 0).orbits
+    >>> asked = fa.jobs.IntegrateOptions(time=1.0)
+    >>> job = fa.Job(model=fa.HenonHeiles(), initial_conditions=[0.1, 0.0, 0.0, 0.2], integrate=asked)
+    >>> whole = fa.run(job, "chunks.zarr")
+    >>> fa.jobs.compute_chunk("chunks.zarr", 0).orbits
     1
     """
     modified = (Path(path) / "zarr.json").stat().st_mtime
-    return unit(_opened(path, package_hash(), modified, tuple((own or {}).items())), number, threads)
+    return refresh_chunk(_opened(path, package_hash(), modified, tuple((own or {}).items())), number, threads)
 
 
-def unit(running: Running, number: int, threads: int | None = None, report: Any = None) -> Unit:
-    """Bring a unit up to date: compute it and write it, and run its orbits of reruns again."""
+def refresh_chunk(running: Running, number: int, threads: int | None = None, callback: Any = None) -> Chunk:
+    """Bring a chunk up to date: compute it and write it, and run its orbits of reruns again."""
     start = clock.perf_counter()
     store, job, plan = running
-    run = job.run.on(threads)
+    run = job.options.on(threads)
     state = store.state(number)
     results: dict[str, Any] = {}
     if state[0] == WAITING:
         points = store.points(number)
         z0, place = between(plan.launch, points.start, points.stop)
         if place.size:
-            results = dict(computed(plan, z0, store.facts["settled"], run, report))
+            results = dict(computed(plan, z0, store.facts["settled"], run, callback))
         store.write(number, z0, place, results)
     else:
         place = np.flatnonzero(state == DONE)
@@ -135,9 +140,9 @@ def unit(running: Running, number: int, threads: int | None = None, report: Any 
             rows = place[to_run_again(store, name, again, attempt, number)[place]]
             if rows.size:
                 orbits = AnalysedOrbits(
-                    plan.system, plan.section, np.ascontiguousarray(store.chunk("launch", "z0", number)[:, rows])
+                    plan.system, plan.section, np.ascontiguousarray(store.part("launch", "z0", number)[:, rows])
                 )
-                other = replace(run, **again["run"])
+                other = replace(run, **again["options"])
                 results[name] = plan.analyses[name].compute(orbits, store.facts["settled"][name], other)
                 store.amend(number, name, rows, results[name], attempt)
     store.finish(number, place)
@@ -145,27 +150,27 @@ def unit(running: Running, number: int, threads: int | None = None, report: Any 
 
 
 def computed(
-    plan: JobPlan, z0: np.ndarray, settled: dict[str, Any], run: Run, report: Any = None
+    plan: JobPlan, z0: np.ndarray, settled: dict[str, Any], run: RunOptions, callback: Any = None
 ) -> Iterator[tuple[str, Any]]:
     """Yield the results of orbits at z0 (2n, orbits), analysis by analysis."""
     orbits = AnalysedOrbits(plan.system, plan.section, z0)
     for k, (name, analysis) in enumerate(plan.analyses.items()):
-        yield name, analysis.compute(orbits, settled[name], run, portion(report, k, len(plan.analyses)))
+        yield name, analysis.compute(orbits, settled[name], run, portion(callback, k, len(plan.analyses)))
 
 
 def to_run_again(store: Store, name: str, again: dict[str, Any], attempt: int, number: int | None = None) -> np.ndarray:
-    """Return the orbits of a unit, or of the whole store, that a rerun is for and has not reached."""
+    """Return the orbits of a chunk, or of the whole store, that a rerun is for and has not reached."""
     status, last = (
-        np.asarray(store.root[f"{name}/{field}"][:]) if number is None else store.chunk(name, field, number)
+        np.asarray(store.root[f"{name}/{field}"][:]) if number is None else store.part(name, field, number)
         for field in ("status", ATTEMPT)
     )
     return np.isin(status, again["status"]) & (last >= 0) & (last < attempt)
 
 
 def waiting(store: Store) -> np.ndarray:
-    """Return the numbers of the units that are not finished, or have orbits that are to be run again."""
+    """Return the numbers of the chunks that are not finished, or have orbits that are to be run again."""
     found = (store.finished() == WAITING) | again_to_run(store)
-    return np.unique(np.flatnonzero(found) // store.unit)
+    return np.unique(np.flatnonzero(found) // store.chunk)
 
 
 def again_to_run(store: Store) -> np.ndarray:
@@ -178,8 +183,8 @@ def again_to_run(store: Store) -> np.ndarray:
     return found
 
 
-def summed(number: int, orbits: int, seconds: float, results: dict[str, Any]) -> Unit:
-    """Return the outcome of a unit."""
+def summed(number: int, orbits: int, seconds: float, results: dict[str, Any]) -> Chunk:
+    """Return the outcome of a chunk."""
     statuses: dict[str, dict[str, int]] = {}
     worst = 0.0
     crossings = 0
@@ -188,7 +193,7 @@ def summed(number: int, orbits: int, seconds: float, results: dict[str, Any]) ->
         if hasattr(result, "energy_error"):
             worst = max(worst, float(np.nanmax(result.energy_error, initial=0.0)))
         crossings += int(result.counts.sum()) if hasattr(result, "counts") else 0
-    return Unit(number, orbits, seconds, statuses, worst, crossings)
+    return Chunk(number, orbits, seconds, statuses, worst, crossings)
 
 
 def outcomes(values: np.ndarray) -> dict[str, int]:
