@@ -269,7 +269,7 @@ def main() -> None:
 
 
 def write(path: Path, made_on: dict, found: dict[str, float], above: dict[str, float]) -> None:
-    """Write the numbers, and the bounds of those above them: docs/history.md draws those of releases."""
+    """Write the numbers, and the bounds of those above them: docs/benchmarks/history.md draws those of releases."""
     rounded = {what: float(f"{ratio:.3g}") for what, ratio in found.items()}
     kept = {"machine": made_on, "ratios": rounded, "above": above}
     path.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n")

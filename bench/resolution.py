@@ -1,7 +1,7 @@
-"""Two spectral lines that approach each other: the figure of docs/frequencies.md and its errors.
+"""Two spectral lines that approach each other: the figure of docs/explanation/frequencies.md and its errors.
 
 Run: python bench/resolution.py [docs/figures/resolution.png] [--write]. It prints the errors of both lines without
-noise; with a path it draws the figure; --write puts the table of errors with noise into docs/frequencies.md.
+noise; with a path it draws the figure; --write puts the table of errors with noise into that page.
 """
 
 from __future__ import annotations
@@ -186,7 +186,9 @@ def main() -> None:
     """Print the errors, and draw and write them if that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("figure", type=Path, nargs="?", help="such as docs/figures/resolution.png")
-    parser.add_argument("--write", action="store_true", help="the table with noise into docs/frequencies.md")
+    parser.add_argument(
+        "--write", action="store_true", help="the table with noise into docs/explanation/frequencies.md"
+    )
     given = parser.parse_args()
     for apart in APART:
         for name, pair in errors(signal(apart), apart).items():
@@ -194,7 +196,7 @@ def main() -> None:
     text = table()
     print(text)
     if given.write:
-        put("docs/frequencies.md", "close lines", text)
+        put("docs/explanation/frequencies.md", "close lines", text)
     if given.figure is not None:
         figure().savefig(given.figure, dpi=110)
 

@@ -1,7 +1,7 @@
 """Work and precision of the splittings: forces per unit time for the accuracy asked, on seven systems.
 
 Run: pytest bench/test_schemes.py -s (the table, 3 minutes), or python bench/test_schemes.py PATH (the figure of
-docs/schemes.md too, with increments where they help).
+docs/explanation/schemes.md too, with increments where they help).
 """
 
 from __future__ import annotations

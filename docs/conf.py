@@ -76,11 +76,11 @@ toc_object_entries = False
 maximum_signature_line_length = 240
 
 pages_of_files = {
-    "../ARCHITECTURE.md": "architecture.md",
-    "../CONTRIBUTING.md": "contributing.md",
-    "../CHANGELOG.md": "changelog.md",
+    "../ARCHITECTURE.md": "developers/architecture.md",
+    "../CONTRIBUTING.md": "developers/contributing.md",
+    "../CHANGELOG.md": "developers/changelog.md",
     "../README.md": "index.md",
-    "../bench/results/race.md": "race.md",
+    "../bench/results/race.md": "benchmarks/comparison.md",
 }
 
 html_theme = "furo"

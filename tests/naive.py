@@ -167,7 +167,7 @@ def sign(x):
 def alpha_beta_frequencies(body, z):
     """Return nu_alpha, nu_beta, nu_eta, nu_gamma (4, orbits) of Harmonic and Anharmonic bodies.
 
-    docs/physics.md section 4 (Martens & Slawianowski, EQ3.21-3.23 and after EQa, corrected).
+    formulas.md section 4 (Martens & Slawianowski, EQ3.21-3.23 and after EQa, corrected).
     """
     omega = np.sqrt(body.potential.C / body.mu)
     _, p_eta, p_gamma = constants(body, z)
@@ -182,7 +182,7 @@ def alpha_beta_frequencies(body, z):
 def r_vartheta_frequencies(body, z, nodes=4096):
     """Return nu_r, nu_vartheta, nu_eta, nu_gamma (4, orbits) of Hyperelastic and HeavyTop bodies by quadrature.
 
-    docs/physics.md section 7. With x = cos vartheta the square of p_vartheta is a cubic c(x) over a positive function.
+    formulas.md section 7. With x = cos vartheta the square of p_vartheta is a cubic c(x) over a positive function.
     The loop integrals are sums over Chebyshev nodes between its turning points x1 < x2, which converge exponentially:
 
         c(x) = (x - x1)(x2 - x) R(x) (times x for Hyperelastic),   I[f] = integral of f/sqrt((x-x1)(x2-x) R) from x1 to
@@ -262,7 +262,7 @@ def turns(body, z, time, step):
 def r_vartheta_actions(body, z):
     """Return J_r, J_vartheta, J_eta, J_gamma (4,) of one orbit of a Hyperelastic or HeavyTop body, by mpmath.
 
-    docs/physics.md section 7: one integral in epsilon = vartheta/2 between its turning points.
+    formulas.md section 7: one integral in epsilon = vartheta/2 between its turning points.
     """
     import mpmath
 

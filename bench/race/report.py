@@ -170,7 +170,7 @@ def figure(results: Sequence[tuple[Row, Sequence[Timed]]], columns: int, path: P
 
 
 def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, folder: Path) -> None:
-    """Write race.json, race.md and the figures to a folder, and the summaries to README and docs/performance.md."""
+    """Write race.json, race.md and the figures to a folder, and the summaries to README and the site."""
     folder.mkdir(parents=True, exist_ok=True)
     made_on = stamp()
     rows = [
@@ -201,4 +201,4 @@ def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, 
     ]
     (folder / "race.md").write_text("\n".join(text))
     put("README.md", "race", f"{brief(results)}\n\n{where(made_on)}")
-    put("docs/performance.md", "race", f"{summary(results)}\n\n{where(made_on)}")
+    put("docs/benchmarks/performance.md", "race", f"{summary(results)}\n\n{where(made_on)}")

@@ -125,9 +125,9 @@ def integrate(
         A splitting, a Runge-Kutta scheme, a name ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, or AUTO,
         which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
         below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, for driven systems from 1e-11;
-        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md). For H(q, p) it
-        is VERNER9 up to 1000 radians of an orbit, and where equal steps fail; beyond, and where that misses the
-        accuracy, GAUSS8, or GAUSS16 below 1e-11.
+        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/explanation/schemes.md). For
+        H(q, p) it is VERNER9 up to 1000 radians of an orbit, and where equal steps fail; beyond, and where that misses
+        the accuracy, GAUSS8, or GAUSS16 below 1e-11.
     samples : int, default 0
         Number of equidistant samples in (0, time].
     rtol, atol : float, default 1e-12

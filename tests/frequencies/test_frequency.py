@@ -301,7 +301,7 @@ def neo_hookean(energy, cells):
 
 
 def test_diffusion_tells_chaos_from_order():
-    """Mostly regular at E = 1, mostly chaotic at E = 3 (docs/physics.md section 8): six orders of magnitude apart."""
+    """Mostly regular at E = 1, mostly chaotic at E = 3 (formulas.md section 8): six orders of magnitude apart."""
     medians = []
     for energy, cells in ((0.5, 15), (4.0, 7)):
         body, z0 = neo_hookean(energy, cells)

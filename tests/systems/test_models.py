@@ -97,7 +97,7 @@ FORMULAS = {  # Martens & Slawianowski by label; in D1, D2
     HeavyTop: lambda P, D1, D2: (  # EQ2.2f with V_vartheta = A cos vartheta, cos vartheta = 2 D1 D2/r
         P.C * (D1**2 + D2**2) / 2 + P.A * 2 * D1 * D2 / (D1**2 + D2**2) ** 2
     ),
-    NeoHookean: lambda P, D1, D2: (  # docs/physics.md section 8
+    NeoHookean: lambda P, D1, D2: (  # docs/reference/formulas.md section 8
         P.G / 2 * (D1**2 + D2**2 - 2) - P.G * np.log(D1 * D2) + P.K / 2 * (D1 * D2 - 1) ** 2
     ),
 }
@@ -182,7 +182,7 @@ def normal_modes(body, q):
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.5])
 @pytest.mark.parametrize(
     ("body", "radius", "squares"),
-    [  # in docs/physics.md section 3; the other three from the Hessian in (D1, D2), by hand
+    [  # in docs/reference/formulas.md section 3; the other three from the Hessian in (D1, D2), by hand
         (Body(Hyperelastic(1.7), 0.6), np.sqrt(2), np.array([0, 2, 2, 4]) * 1.7 / 0.6),
         (Body(Anharmonic(1.7), 0.6), np.sqrt(2), np.array([0, 1, 1, 4]) * 1.7 / 0.6),
         (Body(NeoHookean(0.8, 2.3), 0.6), np.sqrt(2), np.array([0, 2 * 0.8, 2 * 0.8, 2 * (0.8 + 2.3)]) / 0.6),

@@ -81,7 +81,7 @@ def test_separable_bodies_have_their_own_frequencies_and_actions(body, i):
 
 
 def test_the_harmonic_body_is_periodic():
-    """E = omega J/2 pi with J = 2 (J_alpha + J_beta) + |J_eta| + |J_gamma| (docs/physics.md section 4): a resonant
+    """E = omega J/2 pi with J = 2 (J_alpha + J_beta) + |J_eta| + |J_gamma| (formulas.md section 4): a resonant
     torus of dimension 1.
     """
     body = Body(Harmonic(1.3), 0.7)

@@ -63,7 +63,7 @@ FINE = 1e-11
 def cheapest(error: float, quadratic: bool) -> Splitting:
     """Return the splitting with the fewest forces for an error of states, for T quadratic in the momenta or not.
 
-    Source: the race of bench/test_schemes.py, docs/schemes.md.
+    Source: the race of bench/test_schemes.py, docs/explanation/schemes.md.
     """
     if not quadratic:
         return KAHAN_LI8
@@ -74,7 +74,7 @@ def quickest(accuracy: float, driven: bool) -> Splitting | Nystrom:
     """Return the scheme that takes the least time for an accuracy of states at the end of a run, confirmed by a second
     run, for accelerations that depend on the coordinates, and on time, alone.
 
-    Source: the race of bench/test_schemes.py, docs/schemes.md.
+    Source: the race of bench/test_schemes.py, docs/explanation/schemes.md.
     """
     return RKN12 if accuracy <= (DRIVEN if driven else NATURAL) else cheapest(accuracy, quadratic=True)
 

@@ -10,7 +10,7 @@ and on a Kepler orbit of eccentricity 0.3 (constants of the leading error, measu
     Hénon-Heiles     206500       1666             87         127                     84
     Kepler          1371000       5176            282         220                    169
 
-docs/schemes.md has the race on seven systems and its leaders.
+docs/explanation/schemes.md has the race on seven systems and its leaders.
 """
 
 from collections.abc import Iterable, Mapping
