@@ -31,11 +31,14 @@ def main(target: Path) -> None:
 
 
 def _packs(tree: Path, place: Path) -> None:
-    """Compile for all levels at once, in processes of their own, and put the packs into the tree."""
+    """Compile for all levels at once, in processes of their own; put the packs into the tree, with what is known of
+    the sources.
+    """
     sys.path.insert(0, str(tree))
     from fastaff.engine.cache import SUFFIX
     from fastaff.engine.code_folder import pack_key, prebuilt
     from fastaff.engine.packs import FOLDER, LEVELS, build
+    from fastaff.engine.room import INDEX
 
     def start(name: str, **told: str) -> subprocess.Popen:
         environment = {**os.environ, "PYTHONPATH": str(tree), "FASTAFF_CACHE_DIR": str(place / name), **told}
@@ -52,6 +55,7 @@ def _packs(tree: Path, place: Path) -> None:
         (code,) = filter(Path.is_dir, (place / level.name).iterdir())
         pack = build(code, level, pack_key(), FOLDER)
         print(f"{pack.name}: {pack.stat().st_size / 2**20:.1f} MiB")
+    shutil.copy(place / next(iter(LEVELS)) / INDEX, FOLDER)
     end([start("again")])
     if prebuilt() is not None and list((place / "again").rglob(f"*{SUFFIX}")):
         raise SystemExit("the same calls compile something that the pack lacks")

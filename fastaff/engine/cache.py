@@ -14,6 +14,7 @@ import pickle
 import re
 import secrets
 import stat
+import sys
 import time as clock
 import warnings
 from collections.abc import Callable
@@ -23,7 +24,6 @@ from typing import Any
 from ..core.compilations import Compiling
 from ..core.placing import sweep
 from . import room
-from .fingerprint import function_key
 from .numba_private import CompileResult, NullCache, dumps
 
 SUFFIX = ".code"
@@ -32,10 +32,28 @@ SUFFIX = ".code"
 HOUR = 3600.0
 """Seconds after which a use of a file is written down again."""
 
-DRAFT = re.compile(r"\.[A-Za-z0-9_]+(-[0-9a-f]{24})?\.(code|py)-\d+-[0-9a-f]{8}\.tmp")
+DRAFT = re.compile(r"\.[A-Za-z0-9_]+(-[0-9a-f]{24})?\.(code|py|json)-\d+-[0-9a-f]{8}\.tmp")
 """Names of files that are being written."""
 
 _SAID: set[str] = set()
+
+
+def cache_root() -> Path:
+    """Folder of all compile caches: $FASTAFF_CACHE_DIR, else fastaff/ in the user's cache folder."""
+    named = os.environ.get("FASTAFF_CACHE_DIR")
+    if named:
+        return _absolute(named)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData/Local")) / "fastaff"
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    # By its specification one that is not absolute is none.
+    return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "fastaff"
+
+
+@functools.cache
+def _absolute(named: str) -> Path:
+    """Return the path of a folder that was named before the process went elsewhere: the first time tells."""
+    return Path(named).absolute()
 
 
 def read(path: Path, *, own: bool = True) -> bytes | None:
@@ -155,13 +173,19 @@ class CodeCache(NullCache):
     """Number of times that it found code in a pack."""
 
     def __init__(
-        self, function: Callable, folder: Path, pack: Callable[[], Any] = lambda: None, *, keyed: bool = False
+        self,
+        function: Callable,
+        folder: Path,
+        content: Callable[[], str | None],
+        pack: Callable[[], Any] = lambda: None,
     ):
-        """keyed: the name of the function's module is a key of all that it reads."""
+        """content: returns the key of what the function reads, which somebody may have changed in this process, or
+        None: its code is not kept.
+        """
         self._function = function
         self._folder = folder
         self._pack = pack
-        self._keyed = keyed
+        self._content = content
 
     @property
     def cache_path(self):
@@ -196,20 +220,18 @@ class CodeCache(NullCache):
         unannotated = data._replace(type_annotation="")  # for people only: a tenth of the file
         write(self._path(key), dumps((key, unannotated._reduce())))
 
-    def _content(self) -> str | None:
-        """Return the key of what the function reads: somebody may have changed that in this process."""
-        return "" if self._keyed else function_key(self._function)
-
     def _key(self, sig: Any, target: tuple, content: str) -> tuple:
-        """Return the key of code beside the sources, by which the folder is named."""
+        """Return the key of code beside the compiler, by which the folder is named. Lines are no part of it: they
+        differ after an edit above the function.
+        """
         code = self._function.__code__
         cells = self._function.__closure__ or ()
-        name = self._function.__module__, self._function.__qualname__, code.co_firstlineno
+        name = self._function.__module__, self._function.__qualname__
         return name, sig, target, code.co_code, dumps(tuple(cell.cell_contents for cell in cells)), content
 
     def _path(self, key: tuple) -> Path:
         """Return the file of a key; keys of different classes of one name may share it, and replace one another."""
-        (_, name, _), sig, *rest = key
+        (_, name), sig, *rest = key
         digest = hashlib.sha256(repr((key[0], str(sig), rest)).encode()).hexdigest()[:24]
         return self._folder / f"{re.sub('[^A-Za-z0-9_]+', '_', name)[:60]}-{digest}{SUFFIX}"
 

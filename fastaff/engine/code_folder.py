@@ -15,11 +15,12 @@ from typing import Any
 
 import numba
 
-from .cache import others_write
-from .fingerprint import COMPILED
+from . import sources
+from .cache import cache_root, others_write
 from .numba_private import config as _config
 from .numba_private import get_host_cpu_features, llvmlite
 from .packs import FOLDER, Pack, best
+from .sources import ROOT
 
 config: Any = _config  # its options are set at run time, unknown to type checkers
 
@@ -27,37 +28,46 @@ GENERATED = ("blocks", "formulas")
 """Folders of generated source text in the cache."""
 
 
-def package_hash(*folders: str) -> str:
-    """Hash of every source file of the package, or of some of its folders, and of the compiler and its options."""
-    return _hash(sys.version, folders)
+@functools.cache
+def package_hash() -> str:
+    """Hash of every source file of the package, and of the compiler and its options."""
+    digest = hashlib.sha256()
+    for path in sorted(ROOT.rglob("*.py")):
+        digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return _hash(sys.version, digest.hexdigest())
+
+
+def _hash(python: str, meaning: str | None) -> str:
+    flags = f"{config.OPT} {config.BOUNDSCHECK}"  # of the environment, NUMBA_OPT and NUMBA_BOUNDSCHECK
+    compilers = f"{numba.__version__} {llvmlite.__version__} {python}"
+    return hashlib.sha256(f"{compilers} {platform.machine()} {flags} {meaning}".encode()).hexdigest()[:20]
 
 
 @functools.cache
-def _hash(python: str, folders: tuple[str, ...]) -> str:
-    flags = f"{config.OPT} {config.BOUNDSCHECK}"  # of the environment, NUMBA_OPT and NUMBA_BOUNDSCHECK
-    compilers = f"{numba.__version__} {llvmlite.__version__} {python}"
-    digest = hashlib.sha256(f"{compilers} {platform.machine()} {flags}".encode())
-    root = Path(__file__).parents[1]
-    for path in sorted(path for top in folders or ("",) for path in (root / top).rglob("*.py")):
-        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:20]
+def code_hash(module: str) -> str:
+    """Hash of what a module and all that it imports mean, and of the compiler."""
+    return _hash(sys.version, sources.key((module, *sources.compiler())))
 
 
-def code_hash() -> str:
-    """Hash of the sources of machine code and of the compiler: the key of the compile cache."""
-    return package_hash(*COMPILED)
+@functools.cache
+def compiler_hash() -> str:
+    """Hash of the compiler, with what the modules of `engine` mean: the name of the folder of code. Each file in it has
+    a key of the sources of its kernel.
+    """
+    return _hash(sys.version, sources.key(sources.compiler()))
 
 
+@functools.cache
 def pack_key() -> str:
     """The same hash with EXT_SUFFIX for Python's version: the key of packs, which another build of this version of
     Python has compiled elsewhere.
     """
-    return _hash(f"{sysconfig.get_config_var('EXT_SUFFIX')}", COMPILED)
+    return _hash(f"{sysconfig.get_config_var('EXT_SUFFIX')}", sources.key(sources.compiler()))
 
 
 @functools.cache
 def prebuilt() -> Pack | None:
-    """Return the pack that came with the package for these sources and this processor; None where there is none, and
+    """Return the pack that came with the package for this compiler and this processor; None where there is none, and
     where the environment names a target processor (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
     """
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
@@ -66,32 +76,17 @@ def prebuilt() -> Pack | None:
     return best(FOLDER, pack_key(), known)
 
 
-def cache_root() -> Path:
-    """Folder of all compile caches: $FASTAFF_CACHE_DIR, else fastaff/ in the user's cache folder."""
-    named = os.environ.get("FASTAFF_CACHE_DIR")
-    if named:
-        return _absolute(named)
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData/Local")) / "fastaff"
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    # By its specification one that is not absolute is none.
-    return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "fastaff"
-
-
-@functools.cache
-def _absolute(named: str) -> Path:
-    """Return the path of a folder that was named before the process went elsewhere: the first time tells."""
-    return Path(named).absolute()
-
-
 @functools.cache
 def cache_directory() -> Path | None:
-    """Private cache folder of exactly these sources; None, after one warning, where there is none and none can be made.
+    """Private cache folder of exactly this compiler; None, after one warning, where there is none and none can be made,
+    and None of a package without its sources, by which code is known.
 
     Its files are executed, so it must belong to the user or to root, and neither it nor its parts may be writable by
     others. A folder that this process can only read is enough.
     """
-    folder = cache_root() / code_hash()
+    if sources.key(sources.compiler()) is None:
+        return None
+    folder = cache_root() / compiler_hash()
     parts = [cache_root(), folder, *(folder / name for name in GENERATED)]
     try:
         cache_root().parent.mkdir(parents=True, exist_ok=True)

@@ -18,24 +18,11 @@ from typing import Any
 
 import numpy as np
 
+from . import sources
 from .numba_private import CPUDispatcher
-
-COMPILED = (
-    "core",
-    "engine",
-    "systems",
-    "runs/schemes",
-    "chaos/kernels",
-    "frequencies/kernels",
-    "quantum/kernels",
-    "tori/kernels",
-)
-"""Folders of the package with the sources of machine code: higher layers only call it."""
+from .sources import COMPILED, PACKAGE, ROOT
 
 TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
-
-PACKAGE = str(Path(__file__).parents[1])
-"""Folder of the package."""
 
 KNOWN_MODULES = {"math": "", "cmath": "", "numpy": np.__version__}
 """Modules whose functions and numbers methods may read, with their versions."""
@@ -78,7 +65,7 @@ def is_ours(entry: Any) -> bool:
     kind = "__name__" if isinstance(entry, python_types.ModuleType) else "__module__"
     package, _, module = (getattr(entry, kind, None) or "").partition(".")
     inside = f"{module.replace('.', '/')}/".startswith(tuple(f"{folder}/" for folder in COMPILED))
-    return package == __package__.partition(".")[0] and inside
+    return package == PACKAGE and inside
 
 
 class Content:
@@ -102,7 +89,7 @@ class Content:
 
     def takes(self, entry: Any, of_package: bool) -> bool:
         """Add an entry and all that it reads; return whether the whole content is known. of_package: it is read by code
-        of the package, whose own values of other kinds the key of the sources covers.
+        of the package, whose own values of other kinds the source of its module covers, see `sources`.
         """
         self._pending.append((entry, of_package))
         while self._pending:
@@ -139,7 +126,7 @@ class Content:
             return self.add("module", entry.__name__, version) and (version is not None or of_package)
         if isinstance(entry, (python_types.BuiltinFunctionType, np.ufunc)):
             return self.add("builtin", getattr(entry, "__module__", ""), entry.__name__)
-        # Of the package: types, intrinsics and the like, which the key of the sources covers.
+        # Of the package: types, intrinsics and the like, which the source of the module that reads them covers.
         return of_package and self.add("value", kind.__module__, kind.__qualname__)
 
     def _once(self, entry: Any, add: Callable[[Any], bool]) -> bool:
@@ -148,6 +135,11 @@ class Content:
             return self.add("again", self._seen[id(entry)])
         self._seen[id(entry)] = len(self._seen)
         return add(entry)
+
+    def _source(self, entry: Any) -> bool:
+        """Add the source of the module of a function or class of the package, with all that it imports."""
+        known = sources.key((entry.__module__,))
+        return known is not None and self.add(known)
 
     def _all(self, what: str, entries: Iterable[Any], of_package: bool) -> bool:
         waiting = [(entry, of_package) for entry in entries]
@@ -161,7 +153,7 @@ class Content:
         for name, entry in _read(function):
             self.add(name)
             self._pending.append((entry, own))
-        return self._code(function.__code__, own)
+        return self._code(function.__code__, own) and (not is_ours(function) or self._source(function))
 
     def _code(self, code: python_types.CodeType, own: bool) -> bool:
         """Add code, and that of functions within it."""
@@ -178,6 +170,8 @@ class Content:
         fields and methods, one of the language by its name. Others are unknown.
         """
         self.add("class", cls.__module__, cls.__qualname__)
+        if is_ours(cls) and not self._source(cls):
+            return False
         if issubclass(cls, enum.Enum):
             members = cls.__members__.items()
             names = " ".join(name for name, _ in members)
@@ -214,7 +208,7 @@ def _read(function: Any) -> list[tuple[str, Any]]:
 
 
 def _in_package(code: python_types.CodeType) -> bool:
-    return code.co_filename.startswith(PACKAGE)
+    return code.co_filename.startswith(str(ROOT))
 
 
 _NUMBERS = itertools.count()

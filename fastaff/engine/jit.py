@@ -16,6 +16,7 @@ from ..core.interruption import defer_signals
 from .cache import CodeCache
 from .callees import Callee, EntryPipeline
 from .code_folder import cache_directory, config, prebuilt
+from .fingerprint import function_key
 from .numba_private import CFunc, cgutils, events, intrinsic, normalize_signature
 
 LANES = 128
@@ -76,7 +77,7 @@ def jit(
     how: Any = "always" if inline else "never"
     kernel: Any = numba.njit(function, nogil=True, error_model="numpy", inline=how)
     if (folder := cache_directory()) is not None:
-        kernel._cache = CodeCache(function, folder, prebuilt)
+        kernel._cache = CodeCache(function, folder, functools.partial(function_key, function), prebuilt)
     kernel.compile = compiling()(kernel.compile)
     if not inline:
         kernel.part = Callee(function, constants=constants, apart=apart)
@@ -143,7 +144,8 @@ class BlockFunction(types.WrapperAddressProtocol):
     def __init__(self, function: Callable, signature: Any, *, cache: bool, keyed: bool = False):
         compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"}, EntryPipeline)
         if cache and (folder := cache_directory()) is not None:
-            compiled._cache = CodeCache(function, folder, prebuilt, keyed=keyed)
+            content = (lambda: "") if keyed else functools.partial(function_key, function)
+            compiled._cache = CodeCache(function, folder, content, prebuilt)
         with compiling():
             compiled.compile()
         self._compiled = compiled

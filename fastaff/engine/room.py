@@ -27,7 +27,7 @@ OFTEN = 16
 """The entries are counted when a process has written the first file, and again after each share 1/OFTEN of MOST."""
 
 FOLDER = re.compile(r"[0-9a-f]{20}")
-"""Names of the folders of one version of the sources and the compiler."""
+"""Names of the folders of one version of the compiler, with `engine`."""
 
 FILES = {
     ".": re.compile(r"\w+-[0-9a-f]{24}\.code", re.ASCII),
@@ -35,6 +35,9 @@ FILES = {
     "formulas": re.compile(r"[0-9a-f]{24}\.py", re.ASCII),
 }
 """Names of files by the folder in it."""
+
+INDEX = "sources.json"
+"""Name of the file of what is known of sources, beside those folders: see `sources`."""
 
 HEAD = re.compile(rb"# [0-9a-f]{64}\n")
 """First line of each."""
@@ -104,6 +107,7 @@ def bound(root: Path, most: float) -> list[Entry]:
 def clear(root: Path) -> list[Entry]:
     """Remove all entries of a cache, and its folders where nothing else is in them; return the entries removed."""
     gone = [entry for entry in list(entries(root)) if _removed(entry.path)]
+    _removed(root / INDEX)
     _emptied(root)
     return gone
 

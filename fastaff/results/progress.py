@@ -259,10 +259,10 @@ def _file() -> Path:
 
 
 def _sources() -> str:
-    """Return the digest of the sources of compiled code, "" if a pack came with the package."""
-    from ..engine.code_folder import code_hash, prebuilt
+    """Return the digest of the compiler of kernels, "" if a pack came with the package."""
+    from ..engine.code_folder import compiler_hash, prebuilt
 
-    return code_hash() if prebuilt() is None else ""
+    return compiler_hash() if prebuilt() is None else ""
 
 
 class _Line(threading.Thread):

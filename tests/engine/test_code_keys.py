@@ -6,12 +6,15 @@ of all: where what is computed changes, the key changes, or there is none and no
 
 from __future__ import annotations
 
+import ast
 import gc
 import importlib
+import inspect
 import itertools
 import os
 import pickle
 import random
+import re
 import stat
 import sys
 from pathlib import Path
@@ -24,12 +27,14 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff.engine import cache as files
-from fastaff.engine import code_folder, jit, room
+from fastaff.engine import code_folder, jit, room, sources
 from fastaff.engine import fingerprint as keys
 from fastaff.engine.blocks import parameters
 from fastaff.engine.jit import SIGNATURES
-from fastaff.engine.kernels import birkhoff
+from fastaff.engine.kernels import birkhoff, stepping
+from fastaff.frequencies.kernels import loop_lines
 from fastaff.systems.formulas import library
+from fastaff.tori.kernels import wells
 
 pytestmark = pytest.mark.skipif(jit.JIT_DISABLED, reason="no compiler, no cache")
 
@@ -421,6 +426,169 @@ def test_a_relative_folder_stays_where_it_was_first(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
     assert code_folder.cache_root().is_absolute()
     assert "relative" not in code_folder.cache_root().parts
+
+
+# --- sources of the package ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def texts(monkeypatch):
+    """The sources of machine code, which a test may edit: what is known of them is forgotten then."""
+
+    class Texts(dict):
+        def __setitem__(self, module, text):
+            super().__setitem__(module, text)
+            forget()
+
+    edited = Texts(sources._texts())
+    monkeypatch.setattr(sources, "_texts", lambda: edited)
+    monkeypatch.setattr(sources._Index, "keep", lambda: None)
+    yield edited
+    forget()
+
+
+def forget():
+    """Forget what is known of sources."""
+    sources._source.cache_clear()
+    sources._key.cache_clear()
+
+
+def kernel_keys():
+    """The keys of kernels of several parts."""
+    kernels = stepping.load_lane, birkhoff.weight, loop_lines.read_line, wells.turning_points
+    return [keys.function_key(kernel.py_func) for kernel in kernels]
+
+
+def test_comments_docstrings_and_formatting_are_no_part_of_a_source():
+    """Of any source that machine code is made of."""
+    for module in random.Random("comments").sample(sources.compiled(), 20 * TIMES):
+        text = sources._texts()[module].decode()
+        known = sources.parsed(text.encode())
+        rewritten = ast.unparse(ast.parse(text))
+        for other in (f"# one\n{text}\n\n# more\n", f"'''one'''\n{text}\n'''more'''\n", rewritten):
+            assert sources.parsed(other.encode()) == known, module
+        assert sources.parsed(f"{text}\nx = 'more'\n".encode()).meaning != known.meaning
+
+
+@pytest.mark.parametrize(
+    ("module", "line", "changed"),
+    [
+        ("core.descent", "# a comment", [0, 0, 0, 0]),
+        ("engine.jit", "# a comment", [0, 0, 0, 0]),
+        ("engine.kernels.stepping", "'''A text.'''", [0, 0, 0, 0]),
+        ("core.descent", "x = 1", [0, 0, 0, 0]),
+        ("systems.formulas.hints", "x = 1", [0, 0, 0, 0]),
+        ("engine.kernels.birkhoff", "x = 1", [0, 1, 0, 0]),
+        ("engine.kernels.stepping", "x = 1", [1, 1, 0, 0]),
+        ("frequencies.kernels.loops", "x = 1", [0, 0, 1, 0]),
+        ("tori.kernels.coordinates", "x = 1", [0, 0, 0, 1]),
+        ("core.placing", "x = 1", [1, 1, 1, 1]),  # the cache imports it
+    ],
+)
+def test_a_key_has_the_sources_that_its_kernel_imports(texts, module, line, changed):
+    """An edit of a line in one changes the keys of those kernels alone; when it is undone, they are the same again."""
+    before = kernel_keys()
+    assert None not in before
+    text = texts[f"fastaff.{module}"]
+    texts[f"fastaff.{module}"] = text + f"\n{line}\n".encode()
+    assert [one != other for one, other in zip(before, kernel_keys(), strict=True)] == [*map(bool, changed)]
+    texts[f"fastaff.{module}"] = text
+    assert kernel_keys() == before
+
+
+def test_an_edit_of_the_compiler_is_another_folder(texts):
+    """Also of a module that no kernel imports."""
+    hashes = code_folder.compiler_hash.__wrapped__, code_folder.pack_key.__wrapped__
+    before = [get() for get in hashes]
+    for line, same in (("# a comment", True), ("x = 1", False)):
+        texts["fastaff.engine.texts"] += f"\n{line}\n".encode()
+        assert [one == get() for one, get in zip(before, hashes, strict=True)] == [same, same]
+
+
+def test_the_values_that_sources_read_are_of_sources_that_they_import():
+    """By the values of modules in this process: functions, classes and modules, but for modules within a package."""
+    for module in sources.compiled():
+        covered = sources.imported((module,))
+        for value in vars(importlib.import_module(module)).values():
+            home = value.__name__ if inspect.ismodule(value) else getattr(value, "__module__", None)
+            if isinstance(home, str) and home in sources.compiled() and home.rpartition(".")[0] != module:
+                assert home in covered, (module, value)
+
+
+IMPORTS = """
+import fastaff.core.sums, math
+def f():
+    if f:
+        from .jit import LANES
+    from . import blocks, source
+class C:
+    from ..core import status as s, numbers
+from fastaff.systems.models import *
+"""
+
+
+def test_imports_are_found_wherever_they_stand():
+    found = sources._targets("fastaff.engine.new", sources.parsed(IMPORTS.encode()).imports)
+    names = "core.sums", "engine.jit", "engine.blocks", "engine", "core.status", "core.numbers", "systems.models"
+    assert sorted(found) == sorted(f"fastaff.{name}" for name in names)
+    found = sources._targets("fastaff.engine", sources.parsed(b"from .blocks import source").imports)
+    assert found == ["fastaff.engine.blocks"]
+
+
+def test_only_the_compiler_tells_numba_of_types():
+    """What other modules told it would be in no key of a kernel that does not import them."""
+    words = re.compile(rb"\b(overload|register_model|infer_getattr|lower_builtin|register_pass)\b")
+    found = [module for module, text in sources._texts().items() if words.search(text)]
+    assert found
+    assert set(found) <= set(sources.compiler())
+
+
+def test_a_source_that_is_missing_has_no_key():
+    assert sources.key(("fastaff.engine.nowhere",)) is None
+    assert sources.key(()) is None
+
+
+def test_a_package_without_sources_has_no_cache(monkeypatch):
+    monkeypatch.setattr(sources, "compiler", list)
+    assert jit.cache_directory.__wrapped__() is None
+
+
+@pytest.fixture
+def index(tmp_path, monkeypatch):
+    """The file of what is known of sources, in a folder of its own; nothing is known yet."""
+    monkeypatch.setenv("FASTAFF_CACHE_DIR", str(tmp_path / "root"))
+    known = {}
+    monkeypatch.setattr(sources._Index, "known", lambda: known)
+    monkeypatch.setattr(sources._Index, "more", False)
+    forget()
+    return tmp_path / "root" / room.INDEX
+
+
+def test_what_is_known_of_sources_is_kept(index):
+    """By a hash of their bytes; what the file told before stays."""
+    expected = sources.key(("fastaff.engine.jit",))
+    told = sources._told(index, own=True)
+    assert told == sources._Index.known()
+    assert len(told) == len(sources.imported(("fastaff.engine.jit",)))
+    sources._Index.known().clear()
+    forget()
+    sources.key(("fastaff.core.descent",))
+    assert set(told) < set(sources._told(index, own=True))
+    sources._Index.known().update(told)
+    forget()
+    with mock.patch.object(sources, "parsed", side_effect=AssertionError):
+        assert sources.key(("fastaff.engine.jit",)) == expected
+    room.clear(index.parent)
+    assert not index.exists()
+
+
+@needs_owners
+def test_what_others_tell_of_sources_is_not_believed(index, recwarn):
+    sources.key(("fastaff.engine.jit",))
+    index.chmod(0o666)
+    assert sources._told(index, own=True) == {}
+    assert sources._told(index.with_name("nowhere"), own=True) == {}
+    assert not recwarn.list
 
 
 # --- room -------------------------------------------------------------------------------------------------------------

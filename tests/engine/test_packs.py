@@ -74,7 +74,7 @@ def run(code, cache, package=PACKAGE, **env):
 def compiled_for(level, code, folder):
     """Compile code for a level in a process of its own; return the folder of machine code."""
     run(code, folder, NUMBA_CPU_NAME=level.name, NUMBA_CPU_FEATURES=level.features)
-    (found,) = folder.iterdir()
+    (found,) = filter(Path.is_dir, folder.iterdir())
     return found
 
 
@@ -147,12 +147,14 @@ def test_sections_frequencies_and_indicators_have_the_same_bits_too(level, tmp_p
 @compiles
 @runs_a_level
 def test_a_pack_of_other_sources_is_not_used(few, tmp_path):
-    """An edit of one comment, in a folder that machine code is made of."""
+    """A comment is no edit; a line in a kernel's source is one for that kernel, in the compiler for all."""
     package, _ = packed(few, tmp_path)
     assert run(FEW, tmp_path / "one", package)[1:] == (0, few[2], "")
-    path = package / "engine/kernels/birkhoff.py"
-    path.write_text(path.read_text() + "\n# edited\n")
-    assert run(FEW, tmp_path / "other", package) == (few[1], few[2], 0, "")
+    edits = ("kernels/birkhoff", "# edited", 0), ("kernels/birkhoff", "EDITED = 1", 1), ("texts", "EDITED = 1", few[2])
+    for number, (name, line, compiled) in enumerate(edits):
+        path = package / f"engine/{name}.py"
+        path.write_text(f"{path.read_text()}\n{line}\n")
+        assert run(FEW, tmp_path / f"{number}", package) == (few[1], compiled, few[2] - compiled, "")
 
 
 @compiles

@@ -181,7 +181,7 @@ def _class(request: MapRequest, found: Statements, values: Mapping[str, float]) 
 
 def _generated(request: MapRequest, found: Statements, wall: Program | None, periods: Sequence[Program | None]) -> type:
     """Return the class of a request: from this process, from the folder of the cache, or derived now."""
-    key = hashlib.sha256(json.dumps([code_folder.code_hash(), sys.version, *request]).encode()).hexdigest()[:24]
+    key = hashlib.sha256(json.dumps([code_folder.code_hash(__name__), sys.version, *request]).encode()).hexdigest()[:24]
 
     def derived() -> str:
         imported("sympy", what="a map that is new here")

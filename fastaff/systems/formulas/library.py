@@ -92,7 +92,9 @@ def generated_class(request: Request, programs: Programs, values: Mapping[str, f
     `values`.
     """
     terms = [(TERMS[OPTIONS[name]].rate, TERMS[OPTIONS[name]].equations) for name in request.options]
-    key = hashlib.sha256(json.dumps([code_folder.code_hash(), sys.version, *request, *terms]).encode()).hexdigest()[:24]
+    key = hashlib.sha256(
+        json.dumps([code_folder.code_hash(__name__), sys.version, *request, *terms]).encode()
+    ).hexdigest()[:24]
 
     def made() -> Any:
         cls: Any = loaded(key, lambda: _derive(request, programs, values))
