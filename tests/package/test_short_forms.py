@@ -182,8 +182,10 @@ def test_starts_by_position():
     one, other = (fa.integrate(HH, z0, time=1.0) for z0 in (grid, grid.z0))
     same(one, other)
     assert repr(one.call) == repr(other.call)
-    same(fa.Job(model=HH, initial_conditions=grid, integrate=battery.MOTION).starts, grid.z0)
-    same(fa.Job(model=HH, initial_conditions=grid.z0[:, 0], integrate=battery.MOTION).starts, grid.z0[:, :1])
+    same(fa.Job(model=HH, initial_conditions=grid, integrate=battery.MOTION).initial_conditions, grid.z0)
+    same(
+        fa.Job(model=HH, initial_conditions=grid.z0[:, 0], integrate=battery.MOTION).initial_conditions, grid.z0[:, :1]
+    )
 
 
 def test_indicators_that_are_none():

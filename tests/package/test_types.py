@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 
 OPEN = {
     "Body": "potential",  # a value, whose parameters are read as body.potential.C
-    "Job": "model starts",  # a table or a value
+    "Job": "model initial_conditions",  # a table or a value
     "load": "given return",  # whatever was saved
     "save": "parameters",
     "PeriodicOrbits": "section",  # what the caller gave
