@@ -335,34 +335,15 @@ __all__ = [
     "univariate",
 ]
 
-_RENAMED = {
-    "ChaosScan": "ChaoticFraction",
-    "ExactLevels": "LevelTable",
-    "Grid": "EnergyGrid",
-    "LevelList": "LevelTable",
-    "Levels": "LevelTable",
-    "Lines": "FrequencyLines",
-    "QuasiclassicalLevels": "LevelTable",
-    "Sample": "EnergySample",
-    "Tori": "ActionAngles",
-    "WebLine": "ResonanceLine",
-    "exact_levels_below": "exact_levels",
-    "from_action_angle": "from_action_angles",
-    "multiplets": "exact_levels",
-    "quasiclassical_levels_below": "quasiclassical_levels",
-    "web": "resonance_web",
-}
-"""Names of version 0.1 that are others now."""
-
 _LISTED = ("runs", "sections", "frequencies", "chaos", "periodic", "tori", "charts", "models", "quantum", "schemes")
-"""Folders that are asked for a name of version 0.1."""
+"""Folders where a name is looked up that `fastaff` itself does not have."""
 
 
 def _named(name: str) -> Any:
     """Load a folder of the package or its public names when one is first used.
 
-    Raises AttributeError for a name that is none, which says where one of version 0.1 is now; in `from fastaff import
-    name`, which shows no AttributeError, ImportError with the same message.
+    For an unknown name it raises AttributeError, whose message names the folder that has it, if one does. In `from
+    fastaff import name`, which shows no AttributeError, it raises ImportError with the same message.
     """
     if name in _FOLDERS:
         return _module(name)
@@ -371,12 +352,11 @@ def _named(name: str) -> Any:
         return value
     if name.startswith("_"):
         raise AttributeError(f"fastaff has no {name!r}")
-    new = _RENAMED.get(name, name)
-    for folder in ("", *(f"{part}." for part in _LISTED)):
-        if new in (_listed(folder[:-1]) if folder else __all__):
+    for folder in _LISTED:
+        if name in _listed(folder):
             importing = sys._getframe(1).f_code.co_name == "_handle_fromlist"  # of importlib
             kind = ImportError if importing else AttributeError
-            raise kind(f"fastaff.{name} is fastaff.{folder}{new} since version 0.2")
+            raise kind(f"fastaff has no {name!r}. Use fastaff.{folder}.{name}")
     from .core.names import did_you_mean
 
     raise AttributeError(f"fastaff has no {name!r}.{did_you_mean(name, __dir__())} dir(fastaff) lists what it has")

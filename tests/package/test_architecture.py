@@ -414,7 +414,7 @@ def test_public_names_are_there_however_they_are_asked_for():
         "import fastaff as fa; from fastaff.systems.models import Body; assert Body is fa.Body; print(Body.__module__)",
         both + "import fastaff as fa\nprint({f.__module__ for f in p.map(lambda k: fa.Body, range(2))}.pop())",
         "import fastaff as fa, pickle; print(pickle.loads(pickle.dumps(fa.Body)).__module__)",
-        "import fastaff as fa; assert 'Body' in dir(fa); print(vars(fa)['Body'].__module__)",
+        "import fastaff as fa; print(getattr(fa, dir(fa)[dir(fa).index('Body')]).__module__)",
         "import fastaff as fa; fa.Body = fa.Body; print(fa.Body.__module__)",
     }
     for code in asked:
@@ -424,15 +424,14 @@ def test_public_names_are_there_however_they_are_asked_for():
     )
 
 
-def test_names_of_version_0_1_say_where_they_are():
-    """Each of them, as attribute and in an import; the others are unknown."""
-    old = [*fastaff._RENAMED, "spectrum", "SectionMap", "ALPHA_BETA", "Splitting", "StackelBody"]
-    for name in old:
-        with pytest.raises(ImportError, match=f"^fastaff.{name} is fastaff.") as caught:
+def test_a_name_of_a_part_is_found_from_the_top():
+    """The message names the part that has it, for an attribute and in an import."""
+    for name in ("spectrum", "SectionMap", "ALPHA_BETA", "Splitting", "StackelBody"):
+        with pytest.raises(ImportError, match=f"^fastaff has no {name!r}. Use fastaff.") as caught:
             exec(f"from fastaff import {name}", {})
-        module, _, new = str(caught.value).split()[2].rpartition(".")
-        inside = module.split(".")[1:]
-        assert hasattr(functools.reduce(getattr, inside, fastaff), new)
+        inside = str(caught.value).split()[-1].split(".")[1:]
+        assert inside[-1] == name
+        assert functools.reduce(getattr, inside, fastaff) is not None
         assert not hasattr(fastaff, name)
         with pytest.raises(AttributeError, match=f"^{re.escape(str(caught.value))}$"):
             getattr(fastaff, name)
@@ -567,6 +566,8 @@ def test_what_depends_on_a_moment_is_a_race():
     """Tests of signals, kills and clocks have failed without a change of code: they are run by `make races` alone."""
     unmarked = []
     for path in sorted(Path(__file__).parents[1].rglob("test_*.py")):
+        if path.parent.name == "explorer":
+            continue  # a browser says when it is done: their clocks only end a wait
         tree, lines = tree_of(path), path.read_text().splitlines()
         for node in tree.body:
             test = isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
