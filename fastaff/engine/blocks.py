@@ -165,7 +165,7 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
     """Return the compiled block `nystrom_splitting` or, of one orbit, `nystrom_march`: steps of a Runge-Kutta-Nyström
     scheme; terms: the forces in each of its sums.
     """
-    rows = replace(rows_of(value, degrees_of_freedom, vectors), curved=False)  # T is quadratic for these schemes
+    rows = replace(rows_of(value, degrees_of_freedom, vectors), nonquadratic=False)  # T is quadratic for these schemes
     return _nystrom_block(kind, *_built(value), rows, terms)
 
 

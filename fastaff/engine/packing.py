@@ -213,7 +213,7 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
             end()
             for other in others:
                 # A task that has not begun would wait for a free thread.
-                while not (other.withdrawn() or other.ended(1.0)):
+                while not (other.cancelled() or other.ended(1.0)):
                     pass
 
 

@@ -29,7 +29,7 @@ class StateRows:
     takes one addition a step, not one a stage, and is reduced by its period: over many periods the same rounding error
     in all steps would add up to a phase. variables: number of those of a system dz/dt = f(z), 2n for H(q, p), 0 for
     others; for an odd number the last row is idle; winding: which rows (2n,) of a map have a period, () for others.
-    curved: whether velocities have a derivative of their own, tangent_velocity(p..., dp...); else T is quadratic.
+    nonquadratic: whether velocities have a derivative of their own, tangent_velocity(p..., dp...); else T is quadratic.
     """
 
     n: int
@@ -37,7 +37,7 @@ class StateRows:
     terms: Set[str] = frozenset()
     variables: int = 0
     winding: tuple[bool, ...] = ()
-    curved: bool = False
+    nonquadratic: bool = False
 
     driven = term("drive")
     nonseparable = term("nonseparable")
@@ -88,7 +88,7 @@ class StateRows:
         """Numbers of the rows of a half that one loop moves: the orbit with its first vectors, then the other
         vectors. Vectors whose drifts depend on the orbit's momenta come before its kick, so in its own loop.
         """
-        width = max(self.vectors, 1) if self.curved else VECTORS_PER_LOOP.get(self.n, 2)
+        width = max(self.vectors, 1) if self.nonquadratic else VECTORS_PER_LOOP.get(self.n, 2)
         ends = [1 + min(self.vectors, width), *range(1 + 2 * width, 1 + self.vectors + width, width)]
         ends = [min(end, 1 + self.vectors) * self.n for end in ends]
         return [range(first, last) for first, last in zip([0, *ends], ends) if last > first]
@@ -114,7 +114,7 @@ class StateRows:
         orbit = range(self.n)
         for part in self.parts(rows):
             call = f"velocity({listed('p', part)})"
-            if self.curved and part != orbit:
+            if self.nonquadratic and part != orbit:
                 call = f"tangent_velocity({listed('p', orbit)}, {listed('p', part)})"
             text += f"{listed('v', part)}, = value.{call}\n"
             text += f"v{part[-1]} = 0.0\n" if self.driven and part.start > 0 else ""

@@ -23,7 +23,7 @@ class Substep:
     `names`, without branches. text(part, q, p, base), for a drift: change of the coordinates and momenta with these
     letters, in the rows of an orbit or vector, after the drift itself; for increments `base` has the numbers to
     which they are added. text(r, part, p), for a kick: row r of p after it, with f the slopes of the momenta at p.
-    rare(part, n, first), if given: text before a stage whose last number is positive, for the state in rows, for
+    fallback(part, n, first), if given: text before a stage whose last number is positive, for the state in rows, for
     increments in rows from `first` on or, with None, for one orbit in scalars.
 
     The numbers of all stages of a step are kept in rows after the state, with the step that they belong to: zeros
@@ -34,12 +34,12 @@ class Substep:
     numbers: Callable
     names: tuple[str, ...]
     text: Callable[..., str]
-    rare: Callable[..., str] | None = None
+    fallback: Callable[..., str] | None = None
 
     @property
     def _own(self) -> int:
-        """Number of rows before the numbers: for the step and, if there are rare stages, their count."""
-        return 1 if self.rare is None else 2
+        """Number of rows before the numbers: for the step and, if there are fallback stages, their count."""
+        return 1 if self.fallback is None else 2
 
     def spare_rows(self, drifts: int, kicks: int) -> int:
         """Return the number of rows for the numbers of these drifts or kicks."""
@@ -53,7 +53,7 @@ class Substep:
         begin = f"{own} = {step}\n"
         keep = ""
         end = ""
-        if self.rare is not None:
+        if self.fallback is not None:
             look = f"{look}beyond += {met}\n"
             begin = f"{begin}{met} = 0.0\n"
             keep = f"{met} += {self.names[-1]}\n"
@@ -81,9 +81,9 @@ class Substep:
     def before(self, parts: Sequence[range], n: int, first: int, stage: str) -> str:
         """Text before a drift of an orbit and its vectors, of n coordinates together."""
         text = self.select_coefficients(3 * first if first else 2 * n, stage, "kicks.size")
-        if self.rare is not None:
-            rare = self.rare
-            text += "if beyond > 0.0:\n" + loop("".join(rare(part, n, first) for part in parts), 1)
+        if self.fallback is not None:
+            fallback = self.fallback
+            text += "if beyond > 0.0:\n" + loop("".join(fallback(part, n, first) for part in parts), 1)
         return text
 
     def moved(self, part: range, n: int, first: int) -> str:

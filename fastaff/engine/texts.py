@@ -185,9 +185,9 @@ def _march(rows: StateRows) -> str:
     kicks = rows.solves("kick")
     if drifts is not None:
         turn = f"{drifts.select_coefficients(2 * n, 's', 'kick.size')}i = 0\n{drifts.loaded}"
-        if drifts.rare is not None:
-            rare = "".join(drifts.rare(part, n, None) for part in rows.parts(rows.all))
-            turn += f"if {drifts.names[-1]} > 0.0:\n{_indent(rare, 1)}"
+        if drifts.fallback is not None:
+            fallback = "".join(drifts.fallback(part, n, None) for part in rows.parts(rows.all))
+            turn += f"if {drifts.names[-1]} > 0.0:\n{_indent(fallback, 1)}"
         drift = turn + drift + "".join(drifts.text(part, "q", "p", {}) for part in rows.parts(rows.all))
     kick = rows.forces(rows.all) + "hk = kick[s]*step\n"
     if kicks is not None:

@@ -51,7 +51,7 @@ def checked_threads(threads: Any) -> int:
 
 
 class Task:
-    """A call that a thread of this process makes, unless it is withdrawn before.
+    """A call that a thread of this process makes, unless it is cancelled before.
 
     Ctrl-C may reach its owner anywhere; a lock, as in `concurrent.futures`, could then stay locked for ever.
     """
@@ -68,7 +68,7 @@ class Task:
         self._begun = True
         _tasks(os.getpid()).put(self)
 
-    def withdrawn(self) -> bool:
+    def cancelled(self) -> bool:
         """Return whether the call does not run; if it has not begun, it never will."""
         return self._made_by.setdefault("by", "nobody") == "nobody" or self._done
 
@@ -88,7 +88,7 @@ class Task:
         return True
 
     def make(self) -> None:
-        """Make the call, unless it was withdrawn or another thread has made it."""
+        """Make the call, unless it was cancelled or another thread has made it."""
         mine = object()
         if self._made_by.setdefault("by", mine) is not mine:
             return
@@ -255,7 +255,7 @@ def by_workers(call: Callable[[int], object], workers: int, threads: int = 1) ->
 def join_all(tasks: Iterable[Task]) -> None:
     """Wait until none of these tasks runs, despite any exception meanwhile; those not begun never will."""
     for task in tasks:
-        while not task.withdrawn():
+        while not task.cancelled():
             with contextlib.suppress(BaseException):
                 task.ended(1.0)
 

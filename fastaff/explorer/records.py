@@ -135,7 +135,7 @@ class Curved:
 def _equations_code(system: System) -> dict[str, Any]:
     """Return dz/dt = f(z) as data: rows, whether they are coordinates and momenta with an energy, winds (rows,)."""
     names = [name for name, _ in numbers_in(system.model, ())]
-    methods_of = TurningFrameMethods if system.frame else Curved if system.curved else None
+    methods_of = TurningFrameMethods if system.frame else Curved if system.nonquadratic else None
     whole = (
         system.model
         if methods_of is None

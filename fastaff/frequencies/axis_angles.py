@@ -92,7 +92,7 @@ def _without_driven(some: Lattices, time: np.ndarray, threads: int) -> None:
     nu = some.rates.nu
     place = np.arange(nu.shape[1])
     before = found.rank.copy()
-    unsure = some.vague | (some.rates.error * time[:, None] >= 1).any(axis=1)
+    unsure = some.ambiguous | (some.rates.error * time[:, None] >= 1).any(axis=1)
     bar = np.repeat(DRIVEN / time[:, None], place.size, axis=1)
     for j in place:
         value = np.where(place == j, nu, 0.0)
@@ -181,4 +181,4 @@ def through_the_plane(some: Lattices, m: int, s: Signals, start: Signals | None,
 def _settled(some: Lattices, time: np.ndarray) -> np.ndarray:
     """Return a mask of orbits over that time with all frequencies, in steady lines."""
     close = (some.rates.error * time[:, None] < UNSETTLED).all(axis=1)
-    return close & ~some.vague & ~some.irregular & (some.found.rank == some.found.nu.shape[1])
+    return close & ~some.ambiguous & ~some.irregular & (some.found.rank == some.found.nu.shape[1])

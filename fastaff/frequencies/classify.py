@@ -79,8 +79,8 @@ def unexplained(found: LatticeModes, time: np.ndarray) -> np.ndarray:
     """Return a mask of orbits over a time (orbits,) with lines that the frequencies may not explain."""
     rough = (found.moving & ~(found.dominant_error * time[:, None] < EXACT)).any(axis=1)
     missing = found.rank < found.moving.sum(axis=1)
-    incomplete = missing & (rough | (found.rest > BROAD) | (found.strange > 0))
-    return (found.rank == 0) | (found.strange > LIMITS.visible) | incomplete
+    incomplete = missing & (rough | (found.rest > BROAD) | (found.unexplained_size > 0))
+    return (found.rank == 0) | (found.unexplained_size > LIMITS.visible) | incomplete
 
 
 def changing(rates: LoopRates, found: LatticeModes, time: np.ndarray) -> np.ndarray:

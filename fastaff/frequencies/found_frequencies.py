@@ -13,7 +13,7 @@ from .readings import Reading
 
 
 class FrequencyTable:
-    """The frequencies of orbits so far: arrays as in a FrequencyMap, with `vague` and `irregular` as in a Reading;
+    """The frequencies of orbits so far: arrays as in a FrequencyMap, with `ambiguous` and `irregular` as in a Reading;
     reached (orbits,): a mask of orbits that have been read.
     """
 
@@ -25,7 +25,7 @@ class FrequencyTable:
         self.rank = np.zeros(orbits, np.int64)
         self.basis = np.zeros((n, n, orbits), np.int64)
         self.halves_error = np.full((2, n, orbits), np.inf)
-        self.reached, self.vague, self.irregular = np.zeros((3, orbits), bool)
+        self.reached, self.ambiguous, self.irregular = np.zeros((3, orbits), bool)
         self.lines = None if lines is None else LineTable(layout.angles.names, lines, orbits)
 
     def adopt(self, orbits: np.ndarray, reading: Reading) -> None:
@@ -34,7 +34,7 @@ class FrequencyTable:
             getattr(self, name)[:, orbits] = getattr(reading, name).T
         for name in ("halves", "halves_error"):
             getattr(self, name)[:, :, orbits] = getattr(reading, name).transpose(2, 1, 0)
-        self.vague[orbits], self.irregular[orbits] = reading.vague, reading.irregular
+        self.ambiguous[orbits], self.irregular[orbits] = reading.ambiguous, reading.irregular
         self.basis[:, :, orbits], self.rank[orbits] = reading.basis.transpose(1, 2, 0), reading.rank
         self.reached[orbits] = True
 
@@ -49,7 +49,7 @@ class FrequencyTable:
         turns = time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
         # Two steady lines closer than 1/time, such as those of a slow precession, look alike and may change by a turn.
         unknown = time * np.where(np.isfinite(self.error[:m]), self.error[:m], 0.0) >= 1
-        undecided = self.vague | (unknown.any(axis=0) & (not self.layout.body))
+        undecided = self.ambiguous | (unknown.any(axis=0) & (not self.layout.body))
         return classify(self.rank, len(self.nu), np.where(self.reached, turns, 0.0), undecided, self.irregular)
 
     def assembled(

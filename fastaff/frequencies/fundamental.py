@@ -96,8 +96,8 @@ class LatticeModes(NamedTuple):
     frequency, that of Q and P itself where a loop has none of its own; owned: mask of loops with their own; moving: of
     those that move; rest (orbits,): share of a loop's size that its lines leave, the largest one's; lines (orbits, 3,
     m, LINES): frequencies, error bars and amplitudes of the strongest lines; tail (orbits,): the largest amplitude near
-    the highest frequency that samples show, relative to the loop's largest; strange (orbits,): the largest amplitude of
-    a line that the frequencies do not explain, relative to its loop's largest.
+    the highest frequency that samples show, relative to the loop's largest; unexplained_size (orbits,): the largest
+    amplitude of a line that the frequencies do not explain, relative to its loop's largest.
     """
 
     rank: np.ndarray
@@ -114,7 +114,7 @@ class LatticeModes(NamedTuple):
     rest: np.ndarray
     lines: np.ndarray
     tail: np.ndarray
-    strange: np.ndarray
+    unexplained_size: np.ndarray
 
 
 @functools.cache
@@ -202,7 +202,7 @@ def _no_modes(orbits: int, m: int) -> LatticeModes:
         rest=np.zeros(orbits),
         lines=np.zeros((orbits, 3, m, LINES)),
         tail=np.zeros(orbits),
-        strange=np.zeros(orbits),
+        unexplained_size=np.zeros(orbits),
     )
 
 
@@ -300,7 +300,7 @@ def _lattices(signals: Signals, spectra: Spectra, bands: Bands, threads: int) ->
     result = _no_modes(orbits, m)
     _place(result, lattice, made, value[:, :, 0].copy(), bar[:, :, 0].copy(), moving, threads)
     result.lines[:] = np.stack([value, bar, lines.strength], axis=1)
-    result.rest[:], result.tail[:], result.strange[:] = found.rest, found.tail, found.strange
+    result.rest[:], result.tail[:], result.unexplained_size[:] = found.rest, found.tail, found.unexplained_size
     return result
 
 
@@ -358,7 +358,7 @@ def _with_weak(
     top_bar = found.dominant_error
     _place(result, lattice, made, top, top_bar, found.moving, threads)
     complete = result.rank == result.moving.sum(axis=1)
-    result.strange[:] = np.maximum(found.strange, np.where(complete, 0.0, unexplained))
+    result.unexplained_size[:] = np.maximum(found.unexplained_size, np.where(complete, 0.0, unexplained))
     return result
 
 

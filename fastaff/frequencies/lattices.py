@@ -35,13 +35,13 @@ may lie anywhere.
 
 
 class Lattices(NamedTuple):
-    """Lattices of lines of orbits, the rates of their loops, and as in a Reading whether they are vague or irregular;
-    aliased (orbits, 1): the cycles by which aliased lines may shift a frequency.
+    """Lattices of lines of orbits, the rates of their loops, and as in a Reading whether they are ambiguous or
+    irregular; aliased (orbits, 1): the cycles by which aliased lines may shift a frequency.
     """
 
     found: LatticeModes
     rates: LoopRates
-    vague: np.ndarray
+    ambiguous: np.ndarray
     irregular: np.ndarray
     aliased: np.ndarray
 
@@ -52,15 +52,15 @@ def lattices_of(s: Signals, start: Signals | None, m: int, threads: int) -> Latt
     found = modes(s, m, threads)
     loops = _lattice_loops(s, found)
     rates = _lattice_rates(s, start, loops, found, threads)
-    vague = unexplained(found, s.time)
+    ambiguous = unexplained(found, s.time)
     irregular = changing(rates, found, s.time)
     unknown = found.moving & ~found.owned & ~(found.combination != 0).any(axis=2)
-    unknown |= vague[:, None] & found.moving
+    unknown |= ambiguous[:, None] & found.moving
     aliased = found.tail[:, None] ** ALIASED
     error = rates.error + (np.where(unknown, 1.0, 0.0) + aliased) / time + drifted(rates)
     rates = rates._replace(error=error)
-    vague |= unsettled(rates, found, s.time, threads)
-    return Lattices(found, rates, vague, irregular, aliased)
+    ambiguous |= unsettled(rates, found, s.time, threads)
+    return Lattices(found, rates, ambiguous, irregular, aliased)
 
 
 def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: LatticeModes, threads: int) -> LoopRates:

@@ -49,14 +49,14 @@ SWINGS = 2.0
 
 class _Window(NamedTuple):
     """Frequencies of orbits in a window of turns: nu, error (n, orbits), halves (2, n, orbits); span (orbits,),
-    the turns that they are from; vague (orbits,): a mask of orbits with two tunes that are not told apart.
+    the turns that they are from; ambiguous (orbits,): a mask of orbits with two tunes that are not told apart.
     """
 
     nu: np.ndarray
     error: np.ndarray
     halves: np.ndarray
     span: np.ndarray
-    vague: np.ndarray
+    ambiguous: np.ndarray
 
 
 def map_frequencies(
@@ -118,7 +118,7 @@ class MapFrequencies:
         self.status = np.full(orbits, int(Status.INTERRUPTED))
         self.t = np.zeros(orbits)
         self.span = np.full(orbits, float(self.length))
-        self.vague = np.zeros(orbits, bool)
+        self.ambiguous = np.zeros(orbits, bool)
 
     def run(self, callback: Callback | None = None) -> None:
         """Find the frequencies of all orbits, as many at a time as memory allows."""
@@ -139,7 +139,7 @@ class MapFrequencies:
             for own in self._portions(np.flatnonzero(counts >= LEAST)):
                 self._lined(start.of(own), part[own], first.nu[:, own], self.lines)
         self.nu[:, part], self.error[:, part], self.halves[:, :, part] = first[:3]
-        self.span[part], self.vague[part] = first.span, first.vague
+        self.span[part], self.ambiguous[part] = first.span, first.ambiguous
         self.later[:, part] = np.isfinite(first.error) if not self.kept else False
         t = counts
         status = ensemble.status.copy()
@@ -271,7 +271,7 @@ class MapFrequencies:
         where = np.ix_(plain, orbits)
         found.nu[where], found.error[where] = own.nu % 1.0, own.error
         found.halves[:, where[0], where[1]] = own.halves
-        found.vague[orbits] = own.vague
+        found.ambiguous[orbits] = own.ambiguous
         ended = own.window < self.length - 1
         found.span[orbits[ended]] = own.window[ended]
 
@@ -343,7 +343,7 @@ class MapFrequencies:
         """
         tables = self.nu, self.error, self.halves, self.later, self.span
         nu, error, halves, later, whole_span = (table[..., at] for table in tables)
-        vague = self.vague[at]
+        ambiguous = self.ambiguous[at]
         change = np.abs(halves[0] - halves[1])
         wound = self._wound_rows()
         change[~wound] = from_whole(change[~wound])  # known modulo 1
@@ -356,12 +356,12 @@ class MapFrequencies:
         own = known & ~related.tied & ~(_locked(nu, error, self.length) & wound[:, None])
         classification = np.where(own.all(axis=0), Classification.REGULAR, Classification.RESONANT)
         error = np.maximum(error, related.unseen)
-        error = np.where(vague & ~wound[:, None], np.maximum(error, 1 / np.maximum(whole_span, 1)), error)
+        error = np.where(ambiguous & ~wound[:, None], np.maximum(error, 1 / np.maximum(whole_span, 1)), error)
         classification[span * largest > CHANGED] = Classification.UNDECIDED
         beyond = np.where(wound[:, None], SWINGS, calm_change(nu, halves, span))
         classification[(span * change > beyond).any(axis=0)] = Classification.IRREGULAR
         classification[(classification != Classification.IRREGULAR) & related.unsure] = Classification.UNDECIDED
-        classification[np.logical_or(np.logical_not(some), vague)] = Classification.UNDECIDED
+        classification[np.logical_or(np.logical_not(some), ambiguous)] = Classification.UNDECIDED
         turned = whole_span * np.where(known, from_whole(nu), 0.0).max(axis=0)
         ended = whole_span < self.length
         classification[(turned < MANY_TURNS) & (ended | (classification == Classification.REGULAR))] = (

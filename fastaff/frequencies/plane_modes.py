@@ -93,15 +93,16 @@ class PlaneModes(NamedTuple):
     known (orbits,): a mask of orbits with n lines of independent amplitudes; nu (n, known orbits): these lines; planes
     (2n, known orbits, samples): each mode in the place, and in the sense, of the loop of whose motion it has most;
     shift (n, known orbits): the turns by which lines that are not told apart from a mode's own may shift its tune;
-    vague (orbits,): a mask of orbits of which such lines, or strong ones that are not sharp, leave the modes unknown;
-    few (orbits,): of those with fewer independent lines, periodic (orbits,): of those that have surely no others.
+    ambiguous (orbits,): a mask of orbits of which such lines, or strong ones that are not sharp, leave the modes
+    unknown; few (orbits,): of those with fewer independent lines, periodic (orbits,): of those that have surely no
+    others.
     """
 
     known: np.ndarray
     nu: np.ndarray
     planes: np.ndarray
     shift: np.ndarray
-    vague: np.ndarray
+    ambiguous: np.ndarray
     few: np.ndarray
     periodic: np.ndarray
 
@@ -115,7 +116,7 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     lattice, found = _generators(f[:, :, :samples])
     g = lattice.nu
     known = lattice.known.copy()
-    vague = lattice.vague.copy()
+    ambiguous = lattice.ambiguous.copy()
     f = f[known]
     g = g[known]
     some = np.flatnonzero(known)
@@ -141,7 +142,7 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     size = np.linalg.svd(whole / np.where(size > 0, size, 1.0), compute_uv=False)
     sound = size[:, -1] > APART * size[:, 0]
     known[some] = sound
-    vague[some[sound]] |= hidden[sound]
+    ambiguous[some[sound]] |= hidden[sound]
     back = np.linalg.inv(whole[sound])[:, :n]
     e = back[:, :, :n] @ f[sound] + back[:, :, n:] @ f[sound].conj()
     other = (np.abs(plus) < np.abs(minus))[:, loop, loop][sound]
@@ -152,7 +153,7 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
         nu=np.where(other, -g, g).T,
         planes=np.concatenate([e.real, -e.imag]),
         shift=shift.T,
-        vague=vague,
+        ambiguous=ambiguous,
         few=lattice.few,
         periodic=lattice.periodic,
     )
@@ -174,14 +175,14 @@ class _Lattice(NamedTuple):
     """The lattice of the lines of orbits.
 
     nu (orbits, n): the strongest independent lines; where there are fewer than n, the strongest others behind them.
-    known (orbits,): a mask of orbits with n lines; vague (orbits,): of those with a strong line that is not sharp;
+    known (orbits,): a mask of orbits with n lines; ambiguous (orbits,): of those with a strong line that is not sharp;
     periodic (orbits,): of those whose lines are all combinations of fewer; few (orbits,): of others with fewer. decay
     (orbits,): the factor by which amplitudes fall with each step of |k|_1.
     """
 
     nu: np.ndarray
     known: np.ndarray
-    vague: np.ndarray
+    ambiguous: np.ndarray
     few: np.ndarray
     periodic: np.ndarray
     decay: np.ndarray
@@ -228,12 +229,12 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, PlaneLines]:
         least[new] = np.minimum(least, part)[new]
     decay = _decay(nu, width, np.where(sharp, size, 0.0), g, spread, k)
     # A line that is not sharp is none of the lattice: a stronger one than a generator may be a mode.
-    vague = (visible & ~sharp & (size >= least[:, None])).any(axis=1)
+    ambiguous = (visible & ~sharp & (size >= least[:, None])).any(axis=1)
     excess = (np.where(visible, width, 0.0) - WIDTH / samples) * size
     periodic = (rank < n) & (excess <= CLEAN).all(axis=1)
     few = (rank < n) & ~periodic
-    known = _completed(g, rank, nu, sharp & ~(vague | few)[:, None], samples)
-    return _Lattice(g, known, vague, few, periodic, decay), found
+    known = _completed(g, rank, nu, sharp & ~(ambiguous | few)[:, None], samples)
+    return _Lattice(g, known, ambiguous, few, periodic, decay), found
 
 
 def _decay(

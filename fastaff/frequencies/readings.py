@@ -64,9 +64,9 @@ class Reading(NamedTuple):
     """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves and halves_error (orbits, n,
     2), basis (orbits, n, n).
 
-    scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's. vague (orbits,): whether two
-    lines are closer than 1/time, or a motion is not explained by lines; irregular (orbits,): whether frequencies change
-    from half to half more than close lines can do.
+    scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's. ambiguous (orbits,): whether
+    two lines are closer than 1/time, or a motion is not explained by lines; irregular (orbits,): whether frequencies
+    change from half to half more than close lines can do.
     """
 
     nu: np.ndarray
@@ -78,7 +78,7 @@ class Reading(NamedTuple):
     dominant: np.ndarray
     dominant_error: np.ndarray
     basis: np.ndarray
-    vague: np.ndarray
+    ambiguous: np.ndarray
     irregular: np.ndarray
 
 
@@ -118,7 +118,7 @@ def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) ->
     driven = m > layout.m
     if driven:
         through_the_plane(some, layout.m, s, start, threads)
-    found, lattice, vague, irregular, aliased = some
+    found, lattice, ambiguous, irregular, aliased = some
     chosen = lattice
     combination = found.combination
     dominant, dominant_error = np.zeros((2, len(time), n))
@@ -129,14 +129,14 @@ def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) ->
         loops = Loops(c, offset, np.zeros_like(offset))
         planar = slice(layout.m, None)
         own = averages(s, start, loops, layout.m, threads)
-        own = own._replace(error=np.where(vague[:, None], BEATS, 1.0) * own.error)
+        own = own._replace(error=np.where(ambiguous[:, None], BEATS, 1.0) * own.error)
         planes = own.of(planar)
         at = loops.of(planar)
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
         line = line_frequencies(s, start, at, near, threads, rest=0.0)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
-        unresolved = (aliased + np.where(vague[:, None], SWAYED, 0.0)) / time
+        unresolved = (aliased + np.where(ambiguous[:, None], SWAYED, 0.0)) / time
         planes = planes._replace(error=planes.error + unresolved)
         if driven:
             chosen, combination, turning = about_axis(some, planes, s.time, threads)
@@ -152,13 +152,15 @@ def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) ->
     _better_dominant(dominant[:, :m], dominant_error[:, :m], combination, chosen.of(slice(0, m)))
     rank = found.rank + n - m
     if driven:
-        vague |= (chosen.error * time >= 1).any(axis=1)
+        ambiguous |= (chosen.error * time >= 1).any(axis=1)
     elif layout.axis:  # a resonance, as in Kepler's potential
         known = np.column_stack([np.where(found.owned, 1.0, np.nan), np.ones(len(time))])
         rank -= related(known * chosen.nu, np.minimum(chosen.error, DRIVEN / time), threads) & (rank == n)
     if layout.periods.any():
-        _count_turns(samples, layout.periods, found, chosen, (dominant, dominant_error, basis, rank, vague), threads)
-    return _with_scheme(chosen, samples, rank, dominant, dominant_error, basis, vague, irregular)
+        _count_turns(
+            samples, layout.periods, found, chosen, (dominant, dominant_error, basis, rank, ambiguous), threads
+        )
+    return _with_scheme(chosen, samples, rank, dominant, dominant_error, basis, ambiguous, irregular)
 
 
 def _better_dominant(dominant: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: LoopRates) -> None:
@@ -178,7 +180,7 @@ def _count_turns(
     """Make the mean rates of winding coordinates their frequencies: a lattice of lines has them, or only a multiple,
     or is incomplete.
     """
-    dominant, dominant_error, basis, rank, vague = places
+    dominant, dominant_error, basis, rank, ambiguous = places
     s = samples.run
     start = samples.start
     known = found.owned & found.moving  # one frequency too many is left to a coordinate that does not librate
@@ -188,9 +190,9 @@ def _count_turns(
     if not wound.size:
         return
     turns = of_parts(*mean_turns(s.of(wound), None if start is None else start.of(wound), periods))
-    turns = turns._replace(error=np.where(vague[wound, None], BEATS, ROUND) * turns.error)
+    turns = turns._replace(error=np.where(ambiguous[wound, None], BEATS, ROUND) * turns.error)
     mine = Winding(taken(rates, wound), basis[wound], known[wound])
-    strange = mine.wind(turns, going[wound], s.time[wound], threads)
+    unexplained_size = mine.wind(turns, going[wound], s.time[wound], threads)
     placed = mine.placed
     for table, new in (dominant, turns.nu), (dominant_error, turns.error):
         table[wound] = np.where(placed, new, table[wound])
@@ -198,9 +200,9 @@ def _count_turns(
     basis[wound] = mine.basis
     rank[wound] += mine.added
     # A rate that has no place may be a frequency of its own.
-    vague[wound] &= found.moving[wound].any(axis=1)
-    vague[wound] |= strange
-    vague[wound] |= unresolved_relations(
+    ambiguous[wound] &= found.moving[wound].any(axis=1)
+    ambiguous[wound] |= unexplained_size
+    ambiguous[wound] |= unresolved_relations(
         np.where(mine.known, mine.rates.nu, np.nan), mine.rates.error, s.time[wound], threads
     )
 
@@ -212,7 +214,7 @@ def _with_scheme(
     dominant: np.ndarray,
     dominant_error: np.ndarray,
     basis: np.ndarray,
-    vague: np.ndarray,
+    ambiguous: np.ndarray,
     irregular: np.ndarray,
 ) -> Reading:
     """Return the reading with the scheme's error subtracted where it is known, and SAFETY times its uncertainty as an
@@ -245,7 +247,7 @@ def _with_scheme(
         dominant=dominant,
         dominant_error=dominant_error,
         basis=basis,
-        vague=vague,
+        ambiguous=ambiguous,
         irregular=irregular,
     )
 

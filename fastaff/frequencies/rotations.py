@@ -71,22 +71,22 @@ class Winding:
         """Make the mean rates of the coordinates that are `going` (orbits, n) round their frequencies; return a mask
         (orbits,) of orbits with a rate that their frequencies do not make.
         """
-        strange = np.zeros(len(going), bool)
+        unexplained_size = np.zeros(len(going), bool)
         done = ~going
         for alone in (True, False):  # first those without frequencies of their own
             for i in range(going.shape[1]):
                 some = ~done[:, i] & (self.known[:, i] != alone)
                 multiple, k = self._related(turns, i, some, threads)
                 sharp = some & (multiple == 0) & (turns.error[:, i] * time < TOLD)
-                strange |= self._replace(turns, i, multiple, k, ~going | ~done)
+                unexplained_size |= self._replace(turns, i, multiple, k, ~going | ~done)
                 self._show(turns, i, np.flatnonzero(some & (multiple > 0) & ~self.known[:, i]))
                 room = ~self.known.all(axis=1)
                 self._add(turns, i, np.flatnonzero(some & (multiple == 0) & room))
-                vague = sharp & ~room & (self.rates.error[:, i] > turns.error[:, i])
-                self._put(turns, i, np.flatnonzero(vague))
-                strange |= sharp & ~room
+                ambiguous = sharp & ~room & (self.rates.error[:, i] > turns.error[:, i])
+                self._put(turns, i, np.flatnonzero(ambiguous))
+                unexplained_size |= sharp & ~room
                 done[some, i] = True
-        return strange
+        return unexplained_size
 
     def _related(self, turns: LoopRates, i: int, going: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the least multiples (orbits,) of the mean rates of coordinate i that are combinations of the known

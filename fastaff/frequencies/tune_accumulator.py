@@ -176,8 +176,8 @@ class TuneAccumulator:
         status = np.where(known.ended, Status.NONFINITE, np.where(lost, Status.LOST, Status.OK))
         names = known.names[: len(known.nu)]
         # Whether two planes show one line or two that are close by, lines would tell, which need the samples.
-        vague = entangled(np.where(np.isfinite(means.error), means.nu, np.nan), known.window)
-        return tunes_of(names, means, np.zeros(known.nu.shape, np.int8), turns, known.window.copy(), status, vague)
+        ambiguous = entangled(np.where(np.isfinite(means.error), means.nu, np.nan), known.window)
+        return tunes_of(names, means, np.zeros(known.nu.shape, np.int8), turns, known.window.copy(), status, ambiguous)
 
     def _pushed(self) -> _AccumulatedResults:
         if self._known is None:

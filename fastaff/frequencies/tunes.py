@@ -258,11 +258,11 @@ def tunes_of(
     turns: np.ndarray,
     window: np.ndarray,
     status: np.ndarray,
-    vague: np.ndarray,
+    ambiguous: np.ndarray,
     lines: AngleLines | None = None,
 ) -> Tunes:
-    """Return the Tunes from means (n, orbits) over windows (orbits,), NaN for orbits without one; vague (orbits,): a
-    mask of orbits with two tunes that are not told apart.
+    """Return the Tunes from means (n, orbits) over windows (orbits,), NaN for orbits without one; ambiguous (orbits,):
+    a mask of orbits with two tunes that are not told apart.
     """
     known = np.isfinite(means.error) & (window > 0)
     nu = np.where(known, means.nu, 0.0)
@@ -276,12 +276,12 @@ def tunes_of(
         known.all(axis=0) & ~related.tied.any(axis=0), Classification.REGULAR, Classification.RESONANT
     )
     error = np.maximum(error, related.unseen)
-    error = np.where(vague, np.maximum(error, 1 / np.maximum(window, 1)), error)
+    error = np.where(ambiguous, np.maximum(error, 1 / np.maximum(window, 1)), error)
     cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
     classification[window / 2 * change > CHANGED] = Classification.UNDECIDED
     classification[window / 2 * change > calm_change(nu, means.halves, window / 2)] = Classification.IRREGULAR
     classification[(classification != Classification.IRREGULAR) & related.unsure] = Classification.UNDECIDED
-    classification[(cycles < MANY_TURNS) | ~some | vague] = Classification.UNDECIDED
+    classification[(cycles < MANY_TURNS) | ~some | ambiguous] = Classification.UNDECIDED
     diffusion = np.where(some, np.log10(change + 1e-18), np.nan)
     return Tunes(
         names,
@@ -317,7 +317,7 @@ class TuneWork:
         self.nu, self.error = np.zeros((n, self.orbits)), np.full((n, self.orbits), np.inf)
         self.halves, self.method = np.zeros((2, n, self.orbits)), np.zeros((n, self.orbits), np.int8)
         self.turns, self.window = np.zeros((2, self.orbits), np.int64)
-        self.vague = np.zeros(self.orbits, bool)
+        self.ambiguous = np.zeros(self.orbits, bool)
         self.status = np.full(self.orbits, int(Status.INTERRUPTED))
 
     def run(self) -> None:
@@ -349,7 +349,7 @@ class TuneWork:
         if (factors != 1.0).any():
             scaled = z * factors
             turning, means, method, rough = self._read(scaled, length)
-        self.vague[orbits] = self._with_modes(scaled, turning, means, method, rough)
+        self.ambiguous[orbits] = self._with_modes(scaled, turning, means, method, rough)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
         self.method[:, orbits] = method
         self.window[orbits] = length
@@ -386,7 +386,7 @@ class TuneWork:
         those of modes; return a mask (orbits,) of orbits with two tunes that are not told apart.
         """
         length = z.shape[2] - 1
-        vague = np.zeros(z.shape[1], bool)
+        ambiguous = np.zeros(z.shape[1], bool)
         twice = entangled(means.nu, length)
         harmonic = driven(means.nu, means.error)
         related = relations(means.nu, means.error, length)
@@ -405,7 +405,7 @@ class TuneWork:
             own = orbits[calm]
             modes = modes_of(f[calm], harmonic[:, own])
             # Without a line of their own in all planes, tunes are related, or there are lines that are not told apart.
-            vague[own] = modes.vague | (modes.few & ~tied[own]) | (twice[own] & ~modes.periodic)
+            ambiguous[own] = modes.ambiguous | (modes.few & ~tied[own]) | (twice[own] & ~modes.periodic)
             own = own[modes.known]
             if not own.size:
                 continue
@@ -417,12 +417,12 @@ class TuneWork:
             better |= rough[own] & other_lines(means.nu[:, own], modes.nu, length)
             off = from_whole(found.nu - modes.nu)
             good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0)
-            vague[own[good]] = modes.vague[modes.known][good]
+            ambiguous[own[good]] = modes.ambiguous[modes.known][good]
             own = own[good]
             for old, new in zip(means, found, strict=True):
                 old[..., own] = new[..., good]
             method[:, own] = how[:, good]
-        return vague
+        return ambiguous
 
     def _lined(self, z: np.ndarray, orbits: np.ndarray, table: LineTable) -> None:
         """Fill in the lines of z (2n, orbits, samples)."""
@@ -482,7 +482,9 @@ class TuneWork:
         """Assemble the tunes."""
         means = Means(self.nu, self.error, self.halves)
         lines = None if self.lines is None else self.lines.result()
-        return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, self.vague, lines)
+        return tunes_of(
+            self.given.angles, means, self.method, self.turns, self.window, self.status, self.ambiguous, lines
+        )
 
 
 def _factors(z: np.ndarray, turning: RotationAccumulator) -> np.ndarray:

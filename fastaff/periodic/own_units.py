@@ -93,7 +93,7 @@ def orbit_scale(system: System, z: np.ndarray, energy: np.ndarray, threads: int)
         return Scale(np.concatenate([found.position, found.momentum]), found.rate, found.kinetic)
     W = np.einsum("iij->ij", system.inverse_masses(z))
     with np.errstate(all="ignore"):
-        W = found.rate * found.position / found.momentum if system.curved else W
+        W = found.rate * found.position / found.momentum if system.nonquadratic else W
         K = np.fmax(found.kinetic, np.abs(energy - system.energies(z)))
         if system.driven:
             K = np.where(K > 0, K, 1.0)  # a fixed point of its map may be at rest: then any unit will do

@@ -182,31 +182,34 @@ def damping_for(flow: Flow | TransformedFlow, plan: Steps) -> Damping | None:
 
 
 def estimated(
-    flow: Flow | TransformedFlow, plan: Steps, apart: np.ndarray, phase: np.ndarray, worn: np.ndarray | None = None
+    flow: Flow | TransformedFlow,
+    plan: Steps,
+    apart: np.ndarray,
+    phase: np.ndarray,
+    rounding_distance: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors (moments, orbits) of states at a distance `apart` from those with twice the step, and
     rounding's share.
 
     phase (moments, orbits): radians of the motion up to each moment. SAFETY order/(2^order - 1) of the distance is the
-    scheme's error, and covers rounding's if the run with twice the step was slowed as by `damping_for`. worn (moments,
-    orbits): the distance that this slowing alone makes, where it is known and no part of `apart`; `apart` then
-    shows rounding itself. Distances beyond LOST count whole. Errors never fall with time.
-    Where orbits cannot be slowed, as with adaptive schemes, they count as regular: rounding errors grow like
-    phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
-    be equal.
+    scheme's error, and covers rounding's if the run with twice the step was slowed as by `damping_for`.
+    rounding_distance (moments, orbits): the distance that this slowing alone makes, where it is known and no part of
+    `apart`; `apart` then shows rounding itself. Distances beyond LOST count whole. Errors never fall with time. Where
+    orbits cannot be slowed, as with adaptive schemes, they count as regular: rounding errors grow like phase^(3/2), the
+    scheme's like phase. No error is below that of a single step: within the first step both runs may be equal.
     """
     error = np.empty_like(apart)
     rounding = np.empty_like(apart)
 
     def some(at: slice) -> None:
-        known = None if worn is None else worn[:, at]
+        known = None if rounding_distance is None else rounding_distance[:, at]
         error[:, at], rounding[:, at] = _estimated(flow, plan.of(at), apart[:, at], phase[:, at], known)
 
     by_portions(some, apart.shape[1], WEIGHT * apart.shape[0], flow.threads)
     return error, rounding
 
 
-def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.ndarray]:
+def _estimated(flow, plan: Steps, apart, phase, rounding_distance) -> tuple[np.ndarray, np.ndarray]:
     """Return the result of `estimated`, by one thread."""
     order = plan.order
     spans = np.maximum(phase / SPAN, 1.0)
@@ -223,14 +226,20 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
         if flow.alike:
             rounding = apart * np.minimum(noise / np.maximum(local * 2.0**order, 1e-300), 2.0) + noise
         else:
-            rounding = noise if worn is None else noise + effective_distance(worn, part)
+            rounding = noise if rounding_distance is None else noise + effective_distance(rounding_distance, part)
         error = effective_distance(apart, part) + rounding
         error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
         if not flow.alike:
             # The trial's error is a lower bound: by chance the difference of two runs is too small for some orbits.
             error = np.maximum(error, np.clip(apart, local * spans, LEAST * local * spans))
-        if worn is not None:
-            grown = AMPLIFIED_TRIAL_SHARE * local * spans * effective_distance(worn, part) / np.maximum(noise, 1e-300)
+        if rounding_distance is not None:
+            grown = (
+                AMPLIFIED_TRIAL_SHARE
+                * local
+                * spans
+                * effective_distance(rounding_distance, part)
+                / np.maximum(noise, 1e-300)
+            )
             error = np.maximum(error, np.minimum(grown, apart / part))
             witness = np.minimum(apart, ROUNDING_CAP * rounding)
             error = error + witness
@@ -295,22 +304,25 @@ def refine_steps(
         plan = plan.of(again)
         coarse = coarse.of(again)
         fine = fine.of(again)
-        worn = None
+        rounding_distance = None
         weight = weight[:, again]
         before = np.zeros((1, 1))
         for round_ in range(HALVINGS + 1):
             work = _work(plan.step)
             if round_ == 0 and wear is not None:
                 plain = run(orbits, 2 * plan.step, None, passes.take(work / 2, work / 2), fine)
-                worn = compare(plain, coarse, orbits, weight)[0]
+                rounding_distance = compare(plain, coarse, orbits, weight)[0]
                 coarse = plain
             elif round_ > 0:
                 coarse = fine
                 fine = run(orbits, plan.step, None, passes.take(work, work / 2), None)
-                worn = None if worn is None else np.sqrt(plan.ratio) * worn  # the kicks are `ratio` times as many
+                if rounding_distance is not None:
+                    # The kicks are `ratio` times as many.
+                    rounding_distance = np.sqrt(plan.ratio) * rounding_distance
             apart, phase, weight = compare(fine, coarse, orbits, weight)
-            worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
-            error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
+            if rounding_distance is not None:
+                rounding_distance = np.where(np.isfinite(rounding_distance), rounding_distance, apart)
+            error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, rounding_distance))
             # The run that this one is compared with may have been lucky: what it had falls by the order at most.
             error = np.fmax(error, before / plan.ratio ** np.minimum(plan.order, REACHED))
             factor = shortening(flow, plan, error, rounding, accuracy)
@@ -327,7 +339,8 @@ def refine_steps(
             # Nothing is known of a run that failed.
             weight = weight[:, again]
             before = np.where(np.isfinite(error[:, again]), error[:, again], 0.0)
-            worn = None if worn is None else worn[..., again]
+            if rounding_distance is not None:
+                rounding_distance = rounding_distance[..., again]
 
 
 def _both(run, orbits: np.ndarray, step: np.ndarray, wear: Damping, callback: Callback | None) -> tuple[Any, Any]:

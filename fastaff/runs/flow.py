@@ -28,7 +28,7 @@ from ..engine.kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..engine.kernels.collocation import collocate
 from ..engine.kernels.crossings import CERTAIN, RECORD
 from ..engine.kernels.drive import FixedSteps, RunningOrbits, run_along, run_fixed, run_one
-from ..engine.kernels.samples import WEAR_ROWS, lost_until
+from ..engine.kernels.samples import DAMPING_ROWS, lost_until
 from ..engine.kernels.stepping import Blocks, Coefficients, runge_kutta
 from ..engine.lane_sums import VECTOR
 from ..engine.packing import Packed, run_units
@@ -396,7 +396,7 @@ def _spare(flow: Any) -> int:
     return 0 if substep is None else substep.spare_rows(scheme.drift_array.size, scheme.kick_array.size)
 
 
-WEAR_STEPS = 2, 4, 8, 16, 32
+DAMPING_STEPS = 2, 4, 8, 16, 32
 """Steps, or one, after which slowed orbits lose part of their momenta: lanes of a block stop together."""
 
 
@@ -411,25 +411,25 @@ class Damping(NamedTuple):
     every: np.ndarray
 
     def pace(self, step: np.ndarray | float, parts: np.ndarray | int = 0) -> np.ndarray:
-        """Return the number (orbits,) of steps after which momenta are lost: 1 or one of WEAR_STEPS, a divisor of
+        """Return the number (orbits,) of steps after which momenta are lost: 1 or one of DAMPING_STEPS, a divisor of
         `parts`.
         """
         found = np.ones(len(self.every), np.int64)
         most = self.every / step
-        for steps in WEAR_STEPS:
+        for steps in DAMPING_STEPS:
             found = np.where((steps <= most) & (parts % steps == 0), steps, found)
         return found
 
     def begin(self, ensemble: Ensemble, memory: np.ndarray, pace: np.ndarray) -> None:
-        """Set WEAR_ROWS of orbits that lose momenta every `pace` steps; the loss up to the first of these is made at
+        """Set DAMPING_ROWS of orbits that lose momenta every `pace` steps; the loss up to the first of these is made at
         once, as chaotic orbits have amplified by then what else would not be there.
         """
         early = np.sqrt(self.early)
         momenta = len(ensemble.z) // 2
         lost = lost_until(pace * ensemble.ahead, self.share, early)
-        memory[WEAR_ROWS.share] = self.share
-        memory[WEAR_ROWS.early] = early
-        memory[WEAR_ROWS.lost] = lost
+        memory[DAMPING_ROWS.share] = self.share
+        memory[DAMPING_ROWS.early] = early
+        memory[DAMPING_ROWS.lost] = lost
         ensemble.z[momenta:] *= 1 - lost
 
 
@@ -656,20 +656,20 @@ class Flow:
         return states
 
     def damped(
-        self, ensemble: Ensemble, count: int, wear: Damping, *, time: float, callback: Callback | None
+        self, ensemble: Ensemble, count: int, damping: Damping, *, time: float, callback: Callback | None
     ) -> tuple[np.ndarray, bool]:
-        """Run as `trajectory` does, while the momenta wear down, after each step or every WEAR_STEPS."""
+        """Run as `trajectory` does, while the momenta are damped, after each step or every DAMPING_STEPS."""
         rows, orbits = ensemble.z.shape
         fits("samples", orbits, count, rows)
         states = np.full((orbits, count, rows), np.nan)
         interrupted = False
         each = self.steps(time / count)
-        pace = wear.pace(self.step, each)
+        pace = damping.pace(self.step, each)
         stride = each // pace
         observer = observers.worn_samples(rows)
-        at = WEAR_ROWS
+        at = DAMPING_ROWS
         memory = np.zeros((observer.rows, orbits))
-        wear.begin(ensemble, memory, pace)
+        damping.begin(ensemble, memory, pace)
         memory[at.stride] = stride
         memory[at.left] = stride
         out = states.reshape(orbits, count * rows)

@@ -370,15 +370,15 @@ class _Accurate:
         return np.where(self._drifts(fine), np.inf, error), usual
 
     def _run(
-        self, orbits: np.ndarray, step: np.ndarray, wear: Damping | None, callback: Callback | None, _fine
+        self, orbits: np.ndarray, step: np.ndarray, damping: Damping | None, callback: Callback | None, _fine
     ) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
-        if wear is None:
+        if damping is None:
             states, interrupted = flow.trajectory(ensemble, self.time, self.parts, callback)
         else:
-            states, interrupted = flow.damped(ensemble, self.parts, wear, time=self.time, callback=callback)
+            states, interrupted = flow.damped(ensemble, self.parts, damping, time=self.time, callback=callback)
         ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:

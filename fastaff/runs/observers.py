@@ -111,20 +111,20 @@ def called_rows(call: Bound, rows: int) -> Observer:
 
 
 @cache
-def worn(rows: int, stretch: int) -> Observer:
+def damped_samples(rows: int, stretch: int) -> Observer:
     """Slow orbits of `rows` rows, each every n-th step, a multiple of `stretch`, see
-    `engine.kernels.samples.WEAR_ROWS`, and keep nothing.
+    `engine.kernels.samples.DAMPING_ROWS`, and keep nothing.
     """
-    kept = sample_kernels.WEAR_ROWS.end
+    kept = sample_kernels.DAMPING_ROWS.end
     value = _Rows(float(rows))
     along = Observer(sample_kernels.worn_along, kept, value, stretch=stretch)
-    return Observer(sample_kernels.worn, kept, value, along=along)
+    return Observer(sample_kernels.damped_samples, kept, value, along=along)
 
 
 @cache
 def worn_samples(rows: int) -> Observer:
-    """Slow orbits and keep the phase point at every n-th observation, see `engine.kernels.samples.WEAR_ROWS`."""
-    return Observer(sample_kernels.worn_states, sample_kernels.WEAR_ROWS.sampled, _Rows(float(rows)))
+    """Slow orbits and keep the phase point at every n-th observation, see `engine.kernels.samples.DAMPING_ROWS`."""
+    return Observer(sample_kernels.worn_states, sample_kernels.DAMPING_ROWS.sampled, _Rows(float(rows)))
 
 
 class _CrossingValue(NamedTuple):

@@ -285,7 +285,7 @@ def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
     if system.separable:
         if not hasattr(model, "tangent_force"):
             return None
-        if not system.bends:
+        if not system.has_tangent_velocity:
             return (
                 (lambda z: _array(at_points(model, "force", *z[:n]), z)),
                 (lambda z, w: _array(at_points(model, "tangent_force", *z[:n], *w[:n]), z)),
@@ -567,7 +567,7 @@ def checked_tangent_system(model: Any, name: str = "model") -> System:
         ) from None
     if any(map(np.iscomplexobj, change)):
         raise TypeError(f"{name} {type(model).__name__}.tangent_force must give real numbers, some are complex")
-    if not (system.quadratic or system.bends):
+    if not (system.quadratic or system.has_tangent_velocity):
         raise ValueError(
             f"{name} {type(model).__name__} must have tangent_velocity(p..., dp...) for tangent vectors, as its "
             "velocity is not linear in the momenta"
@@ -750,7 +750,7 @@ def energy_drift(system: System, z: np.ndarray, energy: np.ndarray, scale: np.nd
     The error that rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0
     where the system loses energy.
     """
-    if system.lossy:
+    if system.dissipative:
         return np.where(np.isfinite(z).all(axis=0), 0.0, np.inf)
     with np.errstate(all="ignore"):
         T = system.kinetic_energies(z)

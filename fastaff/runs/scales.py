@@ -349,7 +349,7 @@ def _observed(system: System, z: np.ndarray, threads: int) -> MotionScales:
                 turned = np.fmax.reduce(np.abs(np.diff(states[:n], axis=1)), axis=1) / step[part]
                 speed[:, part] = np.where(np.isfinite(turned), turned, speed[:, part])  # none where no step was reached
             reach[:, part] = np.fmax.reduce(np.abs(states[:n]), axis=1)
-            if system.curved:
+            if system.nonquadratic:
                 own[:, part] = system.mean_inverse_masses(states)
         failed = gone[todo]
         moves = np.isfinite(now[todo]) & (now[todo] > 0)

@@ -13,7 +13,7 @@ from ..core.status import Status
 from ..engine.kernels import crossings as kernels
 from ..engine.kernels.crossing_roots import compact, gather
 from ..engine.kernels.crossings import RECORD
-from ..engine.kernels.samples import WEAR_ROWS
+from ..engine.kernels.samples import DAMPING_ROWS
 from ..engine.threads import by_portions
 from ..runs import observers
 from ..runs.flow import Ensemble, Flow, energy_error
@@ -79,7 +79,7 @@ def crossed(
     crossings: Crossings,
     callback,
     radius=None,
-    wear=None,
+    damping=None,
     beside: ReferenceCrossings | None = None,
 ) -> tuple[SectionMap, np.ndarray]:
     """Follow the orbits once; return their crossings and the times that they reached.
@@ -95,10 +95,10 @@ def crossed(
     fits("crossings", orbits, slots, width)
     compared = beside is not None and isinstance(flow, Flow)  # the steps of another flow are not of time
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom, beside=compared)
-    if wear is not None:
-        pace = wear.pace(ensemble.ahead)
+    if damping is not None:
+        pace = damping.pace(ensemble.ahead)
         first = observer.rows
-        observer = observers.either(observer, observers.worn(rows, int(pace.min())))
+        observer = observers.either(observer, observers.damped_samples(rows, int(pace.min())))
     memory = np.zeros((observer.rows, orbits))
     out = np.empty((orbits, slots * width))
     records = out.reshape(orbits, slots, width)
@@ -113,14 +113,18 @@ def crossed(
 
     if compared:
         by_portions(begin, orbits, out.shape[1], flow.threads)
-    if wear is not None:
-        wear.begin(ensemble, memory[first:], pace)
-        memory[first + WEAR_ROWS.stride] = pace
-        memory[first + WEAR_ROWS.left] = pace
+    if damping is not None:
+        damping.begin(ensemble, memory[first:], pace)
+        memory[first + DAMPING_ROWS.stride] = pace
+        memory[first + DAMPING_ROWS.left] = pace
 
     def found(interrupted: bool) -> SectionMap:
         checked = (
-            None if beside is not None else tolerance if wear is None else np.where(wear.share > 0, np.inf, tolerance)
+            None
+            if beside is not None
+            else tolerance
+            if damping is None
+            else np.where(damping.share > 0, np.inf, tolerance)
         )
         result = _result(flow, system, ensemble, section, wanted, memory, out, checked)
         points = system.turned_back(flow.states(result.points))

@@ -269,7 +269,7 @@ def _accurate(flow, system: System, z, crossings: Crossings, accuracy, callback)
     )
 
     def run(
-        orbits: np.ndarray, step: np.ndarray, wear: Damping | None, callback: Callback | None, fine
+        orbits: np.ndarray, step: np.ndarray, damping: Damping | None, callback: Callback | None, fine
     ) -> _CrossingRun:
         used = np.full(len(step), np.inf) if flow.adaptive else step
         start = np.ascontiguousarray(z[:, orbits])
@@ -277,7 +277,7 @@ def _accurate(flow, system: System, z, crossings: Crossings, accuracy, callback)
         beside = None if fine is None else ReferenceCrossings(fine.found.times, PARTED / motion.rate[orbits])
         try:
             part, reached = crossed(
-                flow.sized(step), system, start, crossings, callback, motion.radius[orbits], wear, beside
+                flow.sized(step), system, start, crossings, callback, motion.radius[orbits], damping, beside
             )
         except Interrupted as stopped:
             unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever their outcome with these steps

@@ -96,10 +96,10 @@ class _Strobed:
         size = np.concatenate([found.position, found.momentum])
 
         def run(
-            orbits: np.ndarray, step: np.ndarray, wear: Damping | None, callback: Callback | None, fine
+            orbits: np.ndarray, step: np.ndarray, damping: Damping | None, callback: Callback | None, fine
         ) -> Compared:
             try:
-                return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, callback)
+                return self._follow(flow.sized(step), orbits, found.radius[orbits], damping, callback)
             except KeyboardInterrupt:
                 if fine is not None:
                     self._keep(orbits, fine)
@@ -130,7 +130,7 @@ class _Strobed:
             refine_steps(flow, steps.of(part), goal, run, compare, keep, drifts, part, told)
 
     def _follow(
-        self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Damping | None, callback: Callback | None
+        self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, damping: Damping | None, callback: Callback | None
     ) -> Compared:
         """Run these orbits: to the section, unless they start a period before it, then from period to period; both
         kinds run separately, as each orbit would alone.
@@ -141,8 +141,8 @@ class _Strobed:
             states = np.empty((self.wanted, *whole.z.shape))
             steps = np.empty(orbits.size)
             for some in (np.flatnonzero(on), np.flatnonzero(~on)):
-                worn = None if wear is None else Damping(*(entry[some] for entry in wear))
-                part = self._follow(flow.of(some), orbits[some], radius[some], worn, callback)
+                damped_part = None if damping is None else Damping(*(entry[some] for entry in damping))
+                part = self._follow(flow.of(some), orbits[some], radius[some], damped_part, callback)
                 whole.take(some, part.ensemble)
                 states[..., some] = part.states
                 steps[some] = part.step
@@ -163,10 +163,10 @@ class _Strobed:
             ensemble.time[:] = 0.0
         interrupted = False
         states = np.zeros((0, *self.z[:, orbits].shape))
-        if rest and wear is None:
+        if rest and damping is None:
             states, interrupted = flow.trajectory(ensemble, rest * self.period, rest, callback)
-        elif rest and wear is not None:
-            states, interrupted = flow.damped(ensemble, rest, wear, time=rest * self.period, callback=callback)
+        elif rest and damping is not None:
+            states, interrupted = flow.damped(ensemble, rest, damping, time=rest * self.period, callback=callback)
         if first:
             ensemble.time += lead
         run = Compared(np.concatenate([*first, states]), ensemble, used)

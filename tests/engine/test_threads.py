@@ -83,20 +83,20 @@ def test_a_task_is_made_once_by_a_thread():
     settled(task)
     task.begin()
     join_all([task])
-    assert task.withdrawn()
+    assert task.cancelled()
     assert said == [False]
 
 
 def test_what_was_taken_back_is_never_made():
     said = []
     task = Task(lambda: said.append(1))
-    assert task.withdrawn()
+    assert task.cancelled()
     task.begin()
     last = Task(lambda: None)
     last.begin()
     settled(last)
     assert not task.ended(0.05)
-    assert task.withdrawn()
+    assert task.cancelled()
     assert said == []
 
 
@@ -160,7 +160,7 @@ def test_threads_hold_what_they_write_to(at, monkeypatch):
             if at == "begin":
                 raise KeyboardInterrupt
 
-        def withdrawn(self):
+        def cancelled(self):
             return False
 
         def ended(self, seconds):

@@ -139,8 +139,8 @@ def test_slowed_orbits_lose_what_they_should():
     def slowed(orbits):
         flow = plan(system, z0[:, orbits], Options(step=0.25)).flow.sized(np.full(len(orbits), 0.25))
         each = np.ones(len(orbits))
-        wear = Damping(share[orbits], 100.0 * each, 2.0 * each)
-        return flow.damped(flow.ensemble(z0[:, orbits].copy()), 5, wear, time=500.0, callback=None)[0]
+        damping = Damping(share[orbits], 100.0 * each, 2.0 * each)
+        return flow.damped(flow.ensemble(z0[:, orbits].copy()), 5, damping, time=500.0, callback=None)[0]
 
     states, t = slowed(np.arange(21)), 100.0 * np.arange(1, 6)[:, None]
     energy = (states**2).sum(axis=1) / (z0**2).sum(axis=0)

@@ -183,7 +183,7 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         "driven canonical energetic conserves symplectic quadratic",
         (2, 1, 4, 2),
     ),
-    "damped": (fa.hamiltonian(PLANE, friction=0.1), "lossy canonical energetic quadratic", (2, 2, 4, 2)),
+    "damped": (fa.hamiltonian(PLANE, friction=0.1), "dissipative canonical energetic quadratic", (2, 2, 4, 2)),
     "nonseparable": (
         fa.hamiltonian("p**2*(1 + x**2)/2", coordinates="x", momenta="p"),
         "nonseparable canonical energetic conserves symplectic",
@@ -202,10 +202,20 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         (1, 1, 2, 1),
     ),
     "driven frame": (Whirled(), "driven frame canonical energetic conserves symplectic quadratic", (3, 2, 6, 3)),
-    "driven with friction": (Damped(), "driven lossy canonical energetic quadratic", (3, 2, 6, 3)),
+    "driven with friction": (Damped(), "driven dissipative canonical energetic quadratic", (3, 2, 6, 3)),
 }
 FACTS = (
-    *("driven", "frame", "lossy", "nonseparable", "iterated", "canonical", "energetic", "conserves", "symplectic"),
+    *(
+        "driven",
+        "frame",
+        "dissipative",
+        "nonseparable",
+        "iterated",
+        "canonical",
+        "energetic",
+        "conserves",
+        "symplectic",
+    ),
     "quadratic",
 )
 

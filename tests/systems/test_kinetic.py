@@ -28,7 +28,7 @@ def pair(T, V=V, **more):
     x = more.get("coordinates", "x").split()[0]
     split = fa.hamiltonian(f"{T} + {V}", **more)
     whole = fa.hamiltonian(f"({T})*(cos({x})**2 + sin({x})**2) + {V}", **more)
-    assert system_of(split).curved
+    assert system_of(split).nonquadratic
     assert system_of(whole).nonseparable
     return split, whole
 
@@ -205,7 +205,7 @@ def test_a_quadratic_special_case_takes_the_schemes_of_quadratic_ones():
     """Parameters may make T quadratic: Nyström schemes then know its vectors too."""
     model = fa.hamiltonian(f"(px**2 + py**2)/2 + e*px**4 + {V}", **NAMES, e=0.0)
     plain, z0 = fa.hamiltonian(V, coordinates="x y"), RNG.uniform(-0.3, 0.3, (4, 5))
-    assert not system_of(model).curved
+    assert not system_of(model).nonquadratic
     for scheme in (fa.schemes.RKN12, fa.BLANES_MOAN6):
         one, other = (fa.tangent_map(entry, z0, time=10.0, scheme=scheme, step=0.1).matrix for entry in (model, plain))
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-13)

@@ -520,9 +520,9 @@ def test_the_periodic_orbits_of_a_map_are_all_different():
 
 
 def test_what_periodic_orbits_of_maps_cannot_be_asked_for():
-    lossy = fa.iterated_map("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3)
+    dissipative = fa.iterated_map("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3)
     with pytest.raises(ValueError, match="not symplectic"):
-        fa.periodic_orbits(lossy, [0.6, 0.2])
+        fa.periodic_orbits(dissipative, [0.6, 0.2])
     with pytest.raises(ValueError, match="section is for systems in time"):
         fa.periodic_orbits(StandardMap(), [0.1, 0.2], section="x=0")
     with pytest.raises(ValueError, match="energy is for systems in time"):

@@ -29,7 +29,7 @@ class SampleRows(NamedTuple):
 ROWS = SampleRows()
 
 
-class WearRows(NamedTuple):
+class DampingRows(NamedTuple):
     """Rows of observer memory of slowed orbits: the share that momenta lose in a unit of sqrt(time), the root of the
     time up to which they lose three times as much, the share lost so far and the share kept now; as in `SampleRows`, a
     stride, observations left and whether one is due: one that slows, or of orbits that each observation slows one that
@@ -50,7 +50,7 @@ class WearRows(NamedTuple):
     sampled: int = 8
 
 
-WEAR_ROWS = WearRows()
+DAMPING_ROWS = DampingRows()
 
 
 @jit
@@ -111,18 +111,18 @@ _lost_until = jit(lost_until)
 @jit
 def wear_one(i, fresh, t, memory):
     """Return the share that the momenta of the orbit in lane i of memory keep at the time t, if it is fresh."""
-    share = memory[WEAR_ROWS.share * LANES + i]
-    early = memory[WEAR_ROWS.early * LANES + i]
-    lost = memory[WEAR_ROWS.lost * LANES + i]
+    share = memory[DAMPING_ROWS.share * LANES + i]
+    early = memory[DAMPING_ROWS.early * LANES + i]
+    lost = memory[DAMPING_ROWS.lost * LANES + i]
     more = fresh * (_lost_until(t, share, early) - lost)
-    memory[WEAR_ROWS.lost * LANES + i] = lost + more
+    memory[DAMPING_ROWS.lost * LANES + i] = lost + more
     return 1.0 - more
 
 
 @jit
 def wear_down(rows, lanes, fresh, t, z, memory):
     """Slow each fresh orbit by `wear_one`."""
-    kept = row(memory, WEAR_ROWS.kept)
+    kept = row(memory, DAMPING_ROWS.kept)
     for i in range(lanes):
         kept[i] = wear_one(i, fresh[i], t[i], memory)
     for r in range(rows // 2, rows):
@@ -131,10 +131,10 @@ def wear_down(rows, lanes, fresh, t, z, memory):
 
 
 @jit(inline=True)
-def worn(value, lanes, orbit, fresh, t, z, memory, out, done):
+def damped_samples(value, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: slow each orbit at every n-th observation, n in its row `stride`, as rounding errors might."""
-    due = row(memory, WEAR_ROWS.due)
-    if count_down(lanes, fresh, row(memory, WEAR_ROWS.left), row(memory, WEAR_ROWS.stride), due) > 0:
+    due = row(memory, DAMPING_ROWS.due)
+    if count_down(lanes, fresh, row(memory, DAMPING_ROWS.left), row(memory, DAMPING_ROWS.stride), due) > 0:
         wear_down(int(value.rows), lanes, due, t, z, memory)
     return 0
 
@@ -142,13 +142,13 @@ def worn(value, lanes, orbit, fresh, t, z, memory, out, done):
 @jit(inline=True)
 def worn_along(value, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer of `lanes` successive states of one orbit, or as many as `done` says, of which none but the last is one
-    that slows it: the same as `worn` at each.
+    that slows it: the same as `damped_samples` at each.
     """
     taken = int(done[0]) if done[0] > 0.0 else lanes
     rows = int(value.rows)
-    memory[WEAR_ROWS.left * LANES] -= taken
-    if memory[WEAR_ROWS.left * LANES] == 0.0:
-        memory[WEAR_ROWS.left * LANES] = memory[WEAR_ROWS.stride * LANES]
+    memory[DAMPING_ROWS.left * LANES] -= taken
+    if memory[DAMPING_ROWS.left * LANES] == 0.0:
+        memory[DAMPING_ROWS.left * LANES] = memory[DAMPING_ROWS.stride * LANES]
         kept = wear_one(0, 1.0, t[taken - 1], memory)
         for r in range(rows // 2, rows):
             z[r * LANES + taken - 1] *= kept
@@ -162,9 +162,9 @@ def worn_states(value, lanes, orbit, fresh, t, z, memory, out, done):
     """
     rows = int(value.rows)
     wear_down(rows, lanes, fresh, t, z, memory)
-    due = row(memory, WEAR_ROWS.due)
-    if count_down(lanes, fresh, row(memory, WEAR_ROWS.left), row(memory, WEAR_ROWS.stride), due) > 0:
-        sample(rows, lanes, orbit, due, z, row(memory, WEAR_ROWS.taken), out)
+    due = row(memory, DAMPING_ROWS.due)
+    if count_down(lanes, fresh, row(memory, DAMPING_ROWS.left), row(memory, DAMPING_ROWS.stride), due) > 0:
+        sample(rows, lanes, orbit, due, z, row(memory, DAMPING_ROWS.taken), out)
     return 0
 
 

@@ -56,15 +56,15 @@ class LatticeLimits(NamedTuple):
 class FoundLattices(NamedTuple):
     """Lines of orbits and their lattices: lines; lattice; rest (orbits,), the largest share of a loop's size outside of
     its FIRST peaks; tail (orbits,), the largest size above three quarters of the highest frequency of the samples,
-    relative to the loop's largest; strange (orbits,): the relative size of the largest line that the lattice does not
-    explain.
+    relative to the loop's largest; unexplained_size (orbits,): the relative size of the largest line that the lattice
+    does not explain.
     """
 
     lines: RankedLines
     lattice: FrequencyLattice
     rest: np.ndarray
     tail: np.ndarray
-    strange: np.ndarray
+    unexplained_size: np.ndarray
 
 
 @jit
@@ -232,11 +232,11 @@ def find_lattice(unit, stop, progress, spectra, bands, order, limits, vectors, f
         used = rank_lines(own, moving, limits, values, bars)
         rank = generate(values, bars, used, m, vectors, float(samples), nu, spread, source)
         lattice.rank[unit] = rank
-        strange = 1.0
+        unexplained_size = 1.0
         if rank > 0:
-            strange = unexplained(own, moving, limits, nu, spread, rank, vectors, float(samples))
-        found.strange[unit] = strange
+            unexplained_size = unexplained(own, moving, limits, nu, spread, rank, vectors, float(samples))
+        found.unexplained_size[unit] = unexplained_size
         # Where a dominant line is not sharp, more lines do not tell more.
-        if used == 0 or (rank == some and strange == 0.0):
+        if used == 0 or (rank == some and unexplained_size == 0.0):
             break
     progress[unit] = 1.0

@@ -53,7 +53,7 @@ class Traits:
         return None if self.own is None else self.own.substep
 
     @property
-    def lossy(self) -> bool:
+    def dissipative(self) -> bool:
         """Whether its energy is lost."""
         return "loss" in self.words
 
@@ -80,7 +80,7 @@ class Traits:
     @property
     def conserves(self) -> bool:
         """Whether its motion conserves an energy, H + p_t for a driven system."""
-        return self.energetic and not self.lossy
+        return self.energetic and not self.dissipative
 
     @cached_property
     def symplectic(self) -> bool:
@@ -159,21 +159,23 @@ class Traits:
         return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())
 
     @property
-    def bends(self) -> bool:
+    def has_tangent_velocity(self) -> bool:
         """Whether it has the change of its velocities along a vector."""
         return velocity_bends(self.model)
 
     @cached_property
-    def curved(self) -> bool:
+    def nonquadratic(self) -> bool:
         """Whether it is T(p) + V(q), T not quadratic, and has the changes of velocities and forces along vectors."""
-        return self.separable and self.bends and hasattr(self.model, "tangent_force") and not self.quadratic
+        return (
+            self.separable and self.has_tangent_velocity and hasattr(self.model, "tangent_force") and not self.quadratic
+        )
 
     @property
     def newtonian(self) -> bool:
         """Whether accelerations are forces times inverse masses: it is T(p) + V(q), T quadratic or without a derivative
         of its velocities.
         """
-        return self.separable and not self.curved
+        return self.separable and not self.nonquadratic
 
     @cached_property
     def of_degree_two(self) -> bool:
@@ -238,7 +240,11 @@ class System(Traits):
         model.
         """
         model = self.model
-        rows = at_points(model, "tangent_velocity", *p, *dp) if self.bends else at_points(model, "velocity", *dp)
+        rows = (
+            at_points(model, "tangent_velocity", *p, *dp)
+            if self.has_tangent_velocity
+            else at_points(model, "velocity", *dp)
+        )
         return self.without_time(stacked(rows, dp))
 
     def without_time(self, rows: np.ndarray) -> np.ndarray:
@@ -308,7 +314,7 @@ class System(Traits):
         inverse mass matrix of a kinetic energy quadratic in p.
         """
         n = z.shape[0] // 2
-        if self.nonseparable or self.curved:
+        if self.nonseparable or self.nonquadratic:
             return self.tangent_slopes(z[:, None], np.eye(2 * n)[:, n:, None])[:n]
         size = 1e-3 * np.abs(z[n:]).max(axis=0)
         size = np.where(size > 0, size, 1.0)
@@ -343,7 +349,7 @@ class System(Traits):
         n = self.n
         model = self.model
         with np.errstate(all="ignore"):
-            if self.curved:
+            if self.nonquadratic:
                 velocity = at_points(model, "tangent_velocity", *z[n:], *w[n:])
                 changes = *velocity, *at_points(model, "tangent_force", *z[:n], *w[:n])
             else:
