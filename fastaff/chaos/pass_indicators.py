@@ -16,6 +16,7 @@ from ..core.numbers import fits, whole
 from ..core.status import Status
 from ..engine.kernels import birkhoff
 from ..engine.kernels.samples import ROWS
+from ..frequencies.frequencies import FrequencyMap
 from ..frequencies.frequency_map import FrequencyWork, checked_signals
 from ..frequencies.map_frequencies import map_frequencies_of
 from ..frequencies.turning import CHANGED
@@ -53,6 +54,12 @@ LEAST_SAMPLES = 400
 
 MOST_SAMPLES = 4000
 """Largest number of samples of the 0-1 test if none is asked for."""
+
+
+CHAOTIC_CHANGE = 0.6
+"""Change of a frequency, in cycles over the run, from which `FrequencyDiffusion` calls an orbit chaotic. Regular orbits
+that `test_separatrices.py` and `test_chaos.py` draw stay below.
+"""
 
 
 @dataclass(frozen=True)
@@ -150,11 +157,16 @@ class FrequencyDiffusion(Indicator):
         work = FrequencyWork(flow, checked_signals(self.signals, flow.model), z0, time, None, callback)
         work.run()
         found = work.result()
-        value = found.diffusion - np.log10(rates / (2 * math.pi))
+        irregular = found.classification == Classification.IRREGULAR
+        # The halves of an irregular orbit may agree by chance: the whole run is a third witness.
+        change = np.where(irregular, _largest_change(found), 10.0**found.diffusion)
+        value = np.where(irregular, np.log10(np.maximum(change, 1e-300)), found.diffusion)
+        value = value - np.log10(rates / (2 * math.pi))
         moving = np.any(found.nu_halves != 0, axis=(0, 1))
-        vague = (found.classification == Classification.UNDECIDED) & moving
-        beside = (found.classification != Classification.IRREGULAR) & (time / 2 * 10.0**found.diffusion > CHANGED)
-        known = (found.status == Status.OK) & ~vague & ~beside
+        unclear = (found.classification == Classification.UNDECIDED) & moving
+        close_lines = ~irregular & (time / 2 * change > CHANGED)
+        by_chance = irregular & (time * change < CHAOTIC_CHANGE)
+        known = (found.status == Status.OK) & ~unclear & ~close_lines & ~by_chance
         return np.where(known, value, np.nan), np.nan, found.status
 
     def reads(self, threshold: float) -> float:
@@ -167,7 +179,14 @@ class FrequencyDiffusion(Indicator):
 
     def default(self, n: int, phase: Any) -> Any:
         """Return the threshold that follows from the phase x."""
-        return np.log10(0.6 * 2 * math.pi / phase)
+        return np.log10(CHAOTIC_CHANGE * 2 * math.pi / phase)
+
+
+def _largest_change(found: FrequencyMap) -> np.ndarray:
+    """Return the largest difference (orbits,) between the frequencies of the whole run and of its halves."""
+    first, second = found.nu_halves
+    pairs = (found.nu - first, found.nu - second, first - second)
+    return np.max([np.abs(pair).max(axis=0) for pair in pairs], axis=0)
 
 
 @dataclass(frozen=True)
