@@ -190,11 +190,13 @@ class ChaosRun:
         self.values, self.before = np.full((2, len(chosen), self.orbits), np.nan)
         self.records_kept = slots
         self.sums_kept = 0
-        self.aligned = slots
+        self.aligned = 0
         if self.tangent:
             least = RECORDS if self.spectrum else PARTS
             self.finer = -(-least // slots) if slots else 1
             self.records_kept = max(slots * self.finer, least)
+            # The vectors are made orthonormal at all of these records, so all of them lie at looks.
+            self.aligned = self.records_kept if slots else 0
         if self.tangent and self.spectrum:  # the user's vectors are among them
             self.aligned = self.records_kept
             self.sums_kept = self.k
