@@ -675,7 +675,7 @@ def main() -> None:
     parser.add_argument("--deep", action="store_true", help="T = 10^4 too")
     parser.add_argument("--check", action="store_true", help="only compare the truths with long runs")
     parser.add_argument("--maps", action="store_true", help="coupled maps instead")
-    parser.add_argument("--write", action="store_true", help="into docs/explanation/accuracy.md")
+    parser.add_argument("--write", action="store_true", help="into docs/benchmarks/validation.md")
     given = parser.parse_args()
     if given.check:
         print(checked(given.threads))
@@ -684,7 +684,7 @@ def main() -> None:
         text = map_tables(map_results(given.seed, 20 if given.quick else given.orbits, threads=given.threads))
         print(text)
         if given.write:
-            put("docs/explanation/accuracy.md", "coverage of coupled maps", text)
+            put("docs/benchmarks/validation.md", "coverage of coupled maps", text)
         return
     periods = [*given.periods, *([10000] if given.deep else [])]
     orbits, steps = (12, STEPS[:1]) if given.quick else (given.orbits, STEPS)
@@ -696,7 +696,7 @@ def main() -> None:
     if given.show:
         print(shown(results, given.show))
     if given.write:
-        put("docs/explanation/accuracy.md", "frequency coverage", text)
+        put("docs/benchmarks/validation.md", "frequency coverage", text)
 
 
 if __name__ == "__main__":

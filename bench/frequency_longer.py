@@ -1,5 +1,5 @@
 """Whether errors of `frequency_map` cover where nothing is integrable: `python bench/frequency_longer.py`; with --write
-the table of docs/explanation/accuracy.md.
+the table of docs/benchmarks/validation.md.
 
 Parameters, units and starts are drawn at random. The frequencies of orbits over T are held against those over LONGER
 times T, where orbits are REGULAR over both: those of a chaotic orbit change with the time.
@@ -108,8 +108,8 @@ def _row(name, ratio, orbits):
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--write", action="store_true", help="write the table into docs/explanation/accuracy.md")
+    parser.add_argument("--write", action="store_true", help="write the table into docs/benchmarks/validation.md")
     rows = table()
     print(rows)
     if parser.parse_args().write:
-        put("docs/explanation/accuracy.md", "frequencies of longer times", rows)
+        put("docs/benchmarks/validation.md", "frequencies of longer times", rows)

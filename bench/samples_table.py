@@ -1,4 +1,4 @@
-"""Error of a frequency against the number of samples, beside other methods: a table of docs/explanation.
+"""Error of a frequency against the number of samples, beside other methods: a table of docs/benchmarks/validation.md.
 
 Run: OPENBLAS_NUM_THREADS=1 python bench/samples_table.py [--write], 2 minutes; with --turns the tables of `tunes` of
 maps nobody tuned for (`turn_tables.py`), 3 minutes. Each number is the median over ORBITS
@@ -284,7 +284,7 @@ def table(found: dict[str, dict[str, np.ndarray]]) -> str:
 def main() -> None:
     """Measure, print, and write the table if that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--write", action="store_true", help="into docs/explanation/frequencies.md")
+    parser.add_argument("--write", action="store_true", help="into docs/benchmarks/validation.md")
     parser.add_argument("--turns", action="store_true", help="`tunes` of maps instead")
     given = parser.parse_args()
     if given.turns:
@@ -294,8 +294,8 @@ def main() -> None:
     print(text, cost, sep="\n\n")
     if given.write:
         used = tuple(name for name in PROGRAMS if name in ("fastaff", "numpy", "scipy", "nafflib"))
-        put("docs/explanation/frequencies.md", "error against samples", text)
-        put("docs/explanation/frequencies.md", "cost of a frequency", f"{cost}\n\n{where(made_on, used)}")
+        put("docs/benchmarks/validation.md", "error against samples", text)
+        put("docs/benchmarks/validation.md", "cost of a frequency", f"{cost}\n\n{where(made_on, used)}")
 
 
 if __name__ == "__main__":
