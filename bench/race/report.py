@@ -60,7 +60,7 @@ def table(row: Row, timed: Sequence[Timed]) -> str:
     if not row.asked:
         lines += ["| program | time; error; how |", "|---|---|"]
         return "\n".join([*lines, *(f"| {entry.program} | {cell(entry, None, row)} |" for entry in timed)])
-    lines += [f"| error asked | {' | '.join(programs)} |", "|---" * (len(programs) + 1) + "|"]
+    lines += [f"| error | {' | '.join(programs)} |", "|---" * (len(programs) + 1) + "|"]
     for asked in row.asked:
         own = next(iter(best(timed, asked, "fastaff")), None)
         cells = []
@@ -73,30 +73,21 @@ def table(row: Row, timed: Sequence[Timed]) -> str:
 
 
 def summary(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
-    """Return the short table: for each row the best peer at every accuracy asked, ahead or behind."""
-    lines = [
-        "| work | fastaff at the finest accuracy asked | processor time of the best peer over ours, at that error |",
-        "|---|---|---|",
-    ]
+    """Return the short table: a line for each work and error, with the fastest other package that reaches it."""
+    lines = ["| work | error | fastaff | other package | its CPU time | ratio |", "|---|---|---|---|---|---|"]
     for row, timed in results:
-        said, finest = [], min((e for e in timed if e.program == "fastaff"), key=lambda entry: entry.cpu)
+        title = row.title
         for asked in row.asked:
             own = next(iter(best(timed, asked, "fastaff")), None)
-            peers = sorted(
-                (e for e in timed if e.program != "fastaff" and e.error <= asked), key=lambda entry: entry.cpu
-            )
-            finest = own or finest
-            if own and peers:
-                said.append(f"{asked:.0e}: {verdict(own, peers[0])} {peers[0].program}")
-            elif own:
-                others = [e for e in timed if e.program != "fastaff"]
-                nearest = min(others, key=lambda entry: entry.error, default=None)
-                said.append(f"{asked:.0e}: no peer" + (f" ({nearest.program} {nearest.error:.1e})" if nearest else ""))
-            else:
-                said.append(f"{asked:.0e}: **not reached**")
-        per = f", {seconds(finest.cpu / row.per[1])} per {row.per[0]}" if row.per else ""
-        own_cell = f"{seconds(finest.cpu)}{per}, {finest.error:.1e}, {finest.how}"
-        lines.append(f"| {row.title} | {own_cell} | {'; '.join(said) or '(no peer)'} |")
+            peers = [e for e in timed if e.program != "fastaff" and e.error <= asked]
+            peer = min(peers, key=lambda entry: entry.cpu, default=None)
+            said = [title, f"{asked:.0e}", seconds(own.cpu) if own else "**not reached**"]
+            said += [peer.program, seconds(peer.cpu)] if peer else ["none reaches it", ""]
+            lines.append(f"| {' | '.join(said)} | {verdict(own, peer) if own and peer else ''} |")
+            title = ""
+        if not row.asked:
+            own = min((e for e in timed if e.program == "fastaff"), key=lambda entry: entry.cpu)
+            lines.append(f"| {title} | {own.error:.1e} | {seconds(own.cpu)} | none | | |")
     return "\n".join(lines)
 
 
@@ -125,7 +116,7 @@ def brief(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
 
 def started(starts: dict[str, dict], grid: dict) -> str:
     """Return the tables of first starts and of the frequency map of a grid."""
-    lines = ["## Fresh processes", "", "Processor time (elapsed), import included; cold: nothing compiled before.", ""]
+    lines = ["## New processes", "", "CPU time (wall time), including the import. Cold: nothing compiled before.", ""]
     lines += ["| what | cold | warm |", "|---|---|---|"]
     for name, run in starts.items():
         cells = [f"{run[kind]:.2f} s ({run[kind + '_wall']:.2f} s)" for kind in ("cold", "warm")]
@@ -136,7 +127,7 @@ def started(starts: dict[str, dict], grid: dict) -> str:
         f"{grid['cpu']:.1f} s of processor time ({grid['wall']:.1f} s elapsed), "
         f"{seconds(grid['cpu'] / grid['orbits'])} an orbit, {grid['peak_GiB']:.2f} GiB at its peak; "
         f"median error estimate of the regular ones {grid['median_error_estimate']:.1e} of the largest frequency. "
-        "No peer makes such a map."
+        "No other package makes such a map."
     )
     return "\n".join(lines)
 
@@ -185,14 +176,18 @@ def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, 
         if chosen:
             figure(chosen, 2 if len(chosen) == 4 else len(chosen), folder / name)
     text = [
-        "# The race",
+        "# Benchmarks against other packages",
+        "",
+        "This page lists CPU times at equal measured error. Each package is used as its documentation recommends.",
         "",
         f"Written by `make bench-peers`: {where(made_on)}",
         "",
-        "Processor time (all threads), the shortest of runs in turns, everything compiled before. For each accuracy",
-        "the cheapest run of each program with a measured error at or below it: time, ratio to fastaff's, error, how.",
-        "Slow programs run a part of the orbits, and their times are scaled. `heyoka` sets one batch integrator anew",
-        "for each eight orbits; `heyoka, ensemble` is its `ensemble_propagate_until_batch`, which copies it each time.",
+        "- Times are CPU times of all threads, the shortest of alternating runs, without compilation.",
+        "- For each error a cell gives the fastest run of a package that reaches it: time, ratio to `fastaff`,",
+        "  measured error, method.",
+        "- If a package is slow, it integrates part of the orbits, and its time is scaled.",
+        "- `heyoka` restarts one batch integrator for each eight orbits. `heyoka, ensemble` is its",
+        "  `ensemble_propagate_until_batch`, which copies the integrator for each batch.",
         "",
         *(f"![{begin}: error against processor time]({name})\n" for name, begin in figures.items()),
         *(table(row, timed) + "\n" for row, timed in results),
