@@ -65,7 +65,8 @@ PARAMETERS = {
     "section": """
         section : Section or str, optional
             Surface of section, or a short form: ``"x=0"`` is crossed upwards, ``"x=0-"`` downwards, ``"x=0+-"`` both
-            ways; ``"t=0"`` is the phase of a drive. Default: the section of `z0` if it lies on one; none for a map.
+            ways; ``"t=0"`` is the phase of a drive; ``"alpha-turning"`` and ``"beta=0.2"`` are sections of a body.
+            Default: the section of `z0` if it lies on one; none for a map.
         """,
     "max_time": """
         max_time : float
@@ -74,6 +75,10 @@ PARAMETERS = {
     "chart": """
         chart : Chart or str, optional
             Coordinates in which the model separates. Default: the first of those that the model has.
+        """,
+    "direction": """
+        direction : {1, -1, 0}, default 1
+            Crossings that count: 1 if the section function increases there, -1 if it decreases, 0 for both.
         """,
 }
 """Entries of parameter lists in numpydoc form, by the name that stands for them."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import imported
 from ..core.numbers import an_array, fits, numbers, real, shown
 from ..results.calls import coerces_arguments, records_call
@@ -31,10 +32,22 @@ ARRAYS = 32
 class EnergyGrid(Result):
     """Initial conditions on the cells of a grid over two section coordinates, or over any rows by name.
 
-    z0 (2n, orbits): the accessible cells; cell_index (orbits,): the flat index of each in the grid; inaccessible (n1,
-    n2, ...): cells that the energy surface does not reach; axes and names: those of the grid, first along rows;
-    `grid["p_beta"]`, by name: the values of each orbit. section: the common one, which `poincare_map` takes from here,
-    or None.
+    Attributes
+    ----------
+    z0 : ndarray, shape (2n, orbits)
+        Phase points of the accessible cells. ``grid["p_beta"]`` is the row of that name.
+    cell_index : ndarray of int, shape (orbits,)
+        Flat index of the cell of each orbit in the grid.
+    inaccessible : ndarray of bool, shape (n1, n2, ...)
+        Cells that the energy surface does not reach.
+    axes : tuple of ndarray
+        Coordinates along the axes of the grid; the first axis runs along the rows of the grid.
+    names : tuple of str
+        Names of the axes.
+    energy : float
+        Energy of all orbits; NaN for a map.
+    section : Section or None
+        Section that all orbits lie on. `poincare_map` uses it by default.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
@@ -52,7 +65,18 @@ class EnergyGrid(Result):
         return self.axes[k][np.unravel_index(self.cell_index, self.inaccessible.shape)[k]]
 
     def to_grid(self, values: Any) -> np.ndarray:
-        """Return values (orbits,) as a masked (n1, n2, ...) array in which inaccessible cells are masked."""
+        """Arrange values of the orbits as a grid.
+
+        Parameters
+        ----------
+        values : array_like, shape (orbits,)
+            One value for each orbit.
+
+        Returns
+        -------
+        numpy.ma.MaskedArray, shape (n1, n2, ...)
+            Values in their cells; inaccessible cells are masked.
+        """
         given = an_array("values", values)
         if given.shape not in ((), self.cell_index.shape) or given.dtype.kind not in "biufc":
             raise ValueError(
@@ -66,6 +90,7 @@ class EnergyGrid(Result):
 
 @coerces_arguments(section=section_of, axes=by_name, fixed=by_name)
 @records_call
+@inserts_parameters
 def energy_grid(
     model: Dynamics,
     *,
@@ -79,68 +104,57 @@ def energy_grid(
     p_eta: float = 0.0,
     p_gamma: float = 0.0,
 ) -> EnergyGrid:
-    """Lift a grid of coordinates to phase points of a given energy: of a section, of any rows by name, or at rest.
+    """Compute initial conditions of a given energy on a grid of coordinates.
 
     Parameters
     ----------
-    model : model
-        Any number n of degrees of freedom.
-    energy : float, energy, optional
-        None for a map.
-    axes : two arrays, dict of arrays, or "whole", default "whole"
-        Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``; "whole": 101 values of each section
-        coordinate over all bounded parts that the energy allows, none of them cut. Refused where momenta have no bound,
-        as at a pole of the potential, with ranges that have the momenta of 90 % of the length.
-    section : section or str, optional
-        As in `poincare_map`.
+    {model}
+    energy : float, optional
+        Energy of all orbits. It must be given unless the model is a map.
+    axes : tuple of two array_like, dict of array_like, or "whole", default "whole"
+        Grid of two section coordinates, or of rows of z by name, ``{"x": xs, "z": zs}``. The section coordinates are
+        (beta, p_beta) on AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) on BetaTurning and BetaEquals, and
+        (q_j, p_j) of the other coordinate on q_i = c. The default has 101 values of each over all bounded parts of the
+        accessible region. Coordinates with a period are modulo it.
+    section : Section or str, optional
+        Surface that all orbits lie on, or a short form such as ``"x=0"`` (crossed upwards), ``"x=0-"`` (downwards),
+        ``"alpha-turning"`` or ``"beta=0.2"`` of a body.
     fixed : dict of float, optional
-        Values of other rows by name (default 0).
+        Values of other rows by name; rows that are not named are 0.
     solve : str, optional
-        Name of the row that the energy determines.
+        Name of the row that follows from the energy. Default for a section q_i = c: the momentum p_i.
     sign : {1, -1}, default 1
-        Root for `solve`: for a momentum the larger (+1) or the smaller one (in q_i' = dH/dp_i, so the velocity has that
-        sign), for a coordinate the last one that the energy allows in that direction.
+        Root for `solve`. For a momentum, 1 is the larger root and -1 the smaller one, so the velocity has this sign.
+        For a coordinate it is the outermost root in this direction.
     at_rest : bool, default False
-        All momenta are 0, and the axes are angles.
-    p_eta, p_gamma : float, action, default 0
-        Angular momenta of the planes (bodies on a section only).
+        Set all momenta to 0. The axes are then angles of the direction from the point `fixed` in which the potential
+        reaches the energy: ``phi`` for n = 2, ``theta``, ``phi`` for n = 3, and ``theta_1``, ..., ``phi`` beyond.
+    p_eta, p_gamma : float, default 0
+        Angular momenta of the two planes, for bodies on a section.
 
     Returns
     -------
     `EnergyGrid`
-        Cells that the energy does not reach are in `inaccessible` and have no orbit.
+        Phase points of the accessible cells.
 
     Raises
     ------
     ValueError
-        No cell is reached (an energy below the minimum, an unreachable section), or a name is unknown.
+        If no cell is reached, the region is unbounded and `axes` is not given, or a name is unknown.
     TypeError
-        The section has no grid.
+        If the section has no grid.
 
     Notes
     -----
-    Two arrays are (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning and
-    BetaEquals, and (q_j, p_j) of the other degree of freedom for Hyperplane sections q_i = offset of a system of two
-    degrees of freedom. On a turning section the missing radius is a turning point: for direction +1 the inner one (the
-    radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), for -1 and 0 the
-    outer one; among several wells the outermost counts. On other sections the missing momentum has the sign of the
-    direction (0: +). AreaEquals takes one of its two branches. Roots are neighbours of the exact ones, at radii from
-    1e-40 to 1e40 in any unit. Wells are missed where they are narrower than 1/40 of a decade and lie off the maxima of
-    wider ones.
+    - Turning sections: the missing radius is the inner turning point for direction 1, else the outer one, in the
+      outermost well.
+    - Other sections: the missing momentum has the sign of the direction; for 0 it is positive. If several roots have a
+      velocity of this sign, the outermost one counts.
+    - AreaEquals: one of its two branches.
+    - Accuracy: roots are neighbours of the exact ones. Wells narrower than 1/40 of a decade may be missed.
+    - Cost: 64 evaluations of the potential a cell if a coordinate is solved for, else one.
 
-    For H(q, p) the momentum of the section follows from the whole of H: in closed form where H is of second degree in
-    it, else between the extrema of H along it, at all sizes. Among roots with a velocity of that sign the outermost
-    counts. Coordinates with a period are modulo it.
-
-    Arrays by name run over coordinates q_i and momenta p_i. A Hyperplane section of one row fixes that row; the section
-    of a coordinate q_i = c solves for p_i with the sign of its direction unless `solve` names another row. At rest the
-    axes are the angles of the direction in which V reaches the energy first, from the point given by `fixed`: "phi" for
-    n = 2, with q = r (cos phi, sin phi); "theta", "phi" for n = 3, with q = r (sin theta cos phi, sin theta sin phi,
-    cos theta); "theta_1", ..., "phi" beyond: box orbits. A map has no energy: its axes are any rows by name, beside
-    them only `fixed`, and the energy of the grid is NaN.
-
-    Cost: some 500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, for
-    each cell at rest or with a coordinate as `solve`, else one.
+    See the explanation page on sections.
 
     References
     ----------

@@ -24,9 +24,7 @@ LONGEST = 0.5
 
 
 class NotReached(ValueError):
-    """Raised where an energy surface has no point on the section or in the ranges: the energy is below the minimum
-    there.
-    """
+    """Raised if an energy surface has no point on the section or in the ranges, because the energy is too low there."""
 
 
 class Limits(NamedTuple):

@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import entries, fits, flag, shown, span, whole
 from ..results.calls import coerces_arguments, records_call
 from ..results.result import Result, along
@@ -39,10 +40,20 @@ BLOCK = 1024
 
 @dataclass(frozen=True)
 class EnergySample(Result):
-    """Random points of an energy surface.
+    """Random initial conditions on an energy surface or on a section of it.
 
-    z0 (2n, orbits); points (names, orbits): the coordinates drawn, by name: a section's coordinate and its momentum, or
-    rows of z, or angles; energy. section: the common one, which `poincare_map` takes from here, or None.
+    Attributes
+    ----------
+    z0 : ndarray, shape (2n, orbits)
+        Phase points.
+    points : ndarray, shape (names, orbits)
+        Coordinates that were drawn: a section coordinate and its momentum, rows of z, or angles.
+    names : tuple of str
+        Names of these coordinates: ``sample["y"]`` is the row of that name.
+    energy : float
+        Energy of all orbits; NaN for a map.
+    section : Section or None
+        Section that all orbits lie on. `poincare_map` uses it by default.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
@@ -58,6 +69,7 @@ Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator | n
 
 @coerces_arguments(section=section_of, axes=by_name, fixed=by_name)
 @records_call
+@inserts_parameters
 def energy_sample(
     model: Dynamics,
     *,
@@ -74,58 +86,61 @@ def energy_sample(
     p_eta: float = 0.0,
     p_gamma: float = 0.0,
 ) -> EnergySample:
-    """Draw random points of an energy surface or of a section of it, uniform in the invariant measure.
+    r"""Draw random points of an energy surface, or of a section of it, uniform in the invariant measure.
 
     Parameters
     ----------
-    model : model
-        Any number n of degrees of freedom.
+    {model}
     orbits : int
-        Number of points. The first points are the same for any number, and those of a `Job` with this seed.
-    energy, section : as in `energy_grid`
-    seed : int or seed of `numpy.random.default_rng`, default 0
-        Seed of the random numbers.
-    rng : as seed, or a `numpy.random.Generator`, optional
-        Instead of seed, as SPEC 7 of Scientific Python names it.
-    axes : two ranges, or dict of ranges (low, high), optional
-        Ranges of the section's coordinate and momentum, or of rows by name (default: all bounded parts that the energy
-        allows).
-    fixed, solve, sign, at_rest, p_eta, p_gamma : as in `energy_grid`
+        Number of points. The first points are the same for any number, and equal those of a `Job` with the same seed.
+    energy : float, optional
+        Energy of all orbits. It must be given unless the model is a map.
+    section : Section or str, optional
+        Surface that all orbits lie on, or a short form such as ``"x=0"`` (crossed upwards), ``"x=0-"`` (downwards),
+        ``"alpha-turning"`` or ``"beta=0.2"`` of a body.
+    seed : int or array_like of int, default 0
+        Seed of the random numbers, as for `numpy.random.default_rng`.
+    rng : int, array_like of int or numpy.random.Generator, optional
+        Seed or generator, instead of `seed` (the name of SPEC 7 of Scientific Python).
+    axes : tuple of two ranges, or dict of ranges, optional
+        Ranges (low, high) of the section coordinate and its momentum, or of rows of z by name. Default: all bounded
+        parts of the accessible region. They must be given for a map.
+    fixed : dict of float, optional
+        Values of other rows by name; rows that are not named are 0.
+    solve : str, optional
+        Name of the row that follows from the energy. The others are uniform in the ranges of `axes`.
+    sign : {1, -1}, default 1
+        Root for `solve`. For a momentum, 1 is the larger root and -1 the smaller one, so the velocity has this sign.
+        For a coordinate it is the outermost root in this direction.
+    at_rest : bool, default False
+        Set all momenta to 0. The direction in which the potential reaches the energy is uniform over the sphere.
+    p_eta, p_gamma : float, default 0
+        Angular momenta of the two planes, for bodies on a section.
 
     Returns
     -------
     `EnergySample`
-        Phase points and their section coordinates.
+        Phase points, and the coordinates that were drawn.
 
     Raises
     ------
     NotReached
-        A ValueError: the energy reaches no point.
+        If the energy reaches no point. It is a `ValueError`.
     ValueError
-        The region is unbounded, as momenta are at a pole of the potential, and axes is missing.
+        If the region is unbounded, as momenta are at a pole of the potential, and `axes` is not given.
 
     Notes
     -----
-    On a section of a body, or of a system of two degrees of freedom, points are uniform over (beta, p_beta) on
-    AlphaTurning and AlphaEquals, over (alpha, p_alpha) on BetaTurning and BetaEquals, over beta and its momentum along
-    the section, p_beta + (beta/alpha) p_alpha, on AreaEquals, and over (q_j, p_j) on Hyperplane. The return map
-    preserves this area dq dp, so the chaotic share of the points is that of the section's area. It is not the share of
-    the energy surface's volume, where each point counts with its return time. All wells have points, on a turning
-    section those of the turning radius too; sections of direction 0 on one of their two sides, as in `energy_grid`.
+    - Section, two degrees of freedom: uniform in the area :math:`dq\,dp` that the return map preserves. Points fill all
+      wells, on the side of `energy_grid` if the direction is 0. A chaotic fraction of them is that of the area, not of
+      the volume of the energy surface.
+    - AreaEquals: the momentum is :math:`p_\beta + (\beta/\alpha) p_\alpha`.
+    - Section q_i = c, more degrees of freedom: uniform in all other coordinates and momenta.
+    - No section: uniform in :math:`\delta(E - H)\,dq\,dp`, for n of 2 or more.
+    - Cost: 2 evaluations of the potential a point for n = 2, 6 for n = 3, 2000 for n = 8; thousands if H(q, p) is not
+      of second degree in p.
 
-    For any n, a section q_i = c is drawn in the volume of all other dq dp. Without a section the points are uniform on
-    the energy surface, dq dp delta(E - H), whose means are the time averages of chaotic orbits (n of 2 or more; axes:
-    ranges of coordinates). With `solve` they are uniform in the ranges of `axes` by name, the rest as in `energy_grid`.
-    At rest: directions uniform over the sphere. For a map, without energy: uniform in the ranges of `axes` by name.
-
-    For H(q, p) of second degree in p, momenta fill an ellipsoid at each place; its volume is the place's weight. Any
-    other H is met by random lines along its rows, with weights of the points for the density ``1/|grad H|`` on the
-    surface; on sections all roots count, and `axes` may name momenta too. Angles are drawn from one period around 0.
-
-    Cost: that of `energy_grid` for about 1.5 times the points, and half a second for `edge` of a turning section. In
-    the volume of n degrees of freedom: some tenths of a second for the box of coordinates, and 2 evaluations of the
-    potential a point for n = 2, 6 for n = 3, 2000 for n = 8, by the share of the box that the energy fills. For H(q, p)
-    some seconds for the box; by lines, thousands of evaluations of H a point.
+    See the explanation page on sections.
 
     References
     ----------

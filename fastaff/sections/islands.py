@@ -48,13 +48,24 @@ CHAOS = 1.5
 
 @dataclass(frozen=True)
 class Rotation(Result):
-    """Rotation numbers of section orbits: arrays over orbits.
+    """Rotation numbers of section orbits.
 
-    rotation, in turns per crossing, in (-1/2, 1/2] (counterclockwise is positive; a turn more or less cannot be seen);
-    error: 5 times the largest difference of windows of unequal lengths from the whole, the possible effect of unseen
-    slow beats with fractions p/m, and rounding; digits: -log10 of the difference of the two halves, for the rotation
-    number or for the relative mean squared radius, whichever is fewer; centre (2, orbits); counts of points; status: OK
-    or TOO_FEW_CROSSINGS, where error is inf.
+    Attributes
+    ----------
+    rotation : ndarray, shape (orbits,)
+        Rotation numbers in turns per crossing, in (-1/2, 1/2]. Counterclockwise is positive; whole turns more or less
+        cannot be seen.
+    error : ndarray, shape (orbits,)
+        Error estimates, in turns per crossing; inf for orbits with too few crossings.
+    digits : ndarray, shape (orbits,)
+        Digits to which both halves of the orbit agree: -log10 of the difference of the rotation number or of the
+        relative mean squared radius, the fewer of the two.
+    centre : ndarray, shape (2, orbits)
+        Centre about which the angle is measured.
+    counts : ndarray of int, shape (orbits,)
+        Number of points.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each orbit: OK or TOO_FEW_CROSSINGS.
     """
 
     rotation: Annotated[np.ndarray, along("orbit", unit="turns per crossing")]
@@ -67,15 +78,27 @@ class Rotation(Result):
 
 @dataclass(frozen=True)
 class Islands(Result):
-    """Classes of section orbits, with the places and sizes of islands.
+    """Classification of section orbits, with positions and sizes of islands.
 
-    classification (orbits,) of `Classification`: REGULAR, CHAOTIC, UNDECIDED or, for a chain of islands, RESONANT;
-    rotation: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q
-    islands, 0 where there is none; centres (2, islands, orbits): the mean point of each island in the order of visits;
-    semi_axes (2, islands, orbits): half of the range of its points in each coordinate; both NaN past q;
-    secondary_rotation, secondary_rotation_error (orbits,): turns about the first island's centre in q crossings, NaN
-    where q is 0; status (orbits,) of `Status`. Points that keep to q sectors without going around the centre have
-    p = 0.
+    Attributes
+    ----------
+    classification : ndarray of int, shape (orbits,)
+        `Classification` of each orbit: REGULAR, CHAOTIC, UNDECIDED, or RESONANT for a chain of islands.
+    rotation : Rotation
+        Rotation numbers.
+    p, q : ndarray of int, shape (orbits,)
+        Rotation number p/q of a chain of q islands; both 0 if there is none. A chain that does not go around the centre
+        has p = 0.
+    centres : ndarray, shape (2, islands, orbits)
+        Mean point of each island, in the order of visits; NaN after the last one.
+    semi_axes : ndarray, shape (2, islands, orbits)
+        Half of the range of the points of each island in both coordinates; NaN after the last one.
+    secondary_rotation : ndarray, shape (orbits,)
+        Turns about the centre of the first island in q crossings; NaN without a chain.
+    secondary_rotation_error : ndarray, shape (orbits,)
+        Error estimates of these.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each orbit.
     """
 
     classification: Annotated[np.ndarray, along("orbit")]
@@ -89,8 +112,13 @@ class Islands(Result):
     status: Annotated[np.ndarray, along("orbit")]
 
     def table(self) -> list[tuple[int, int, int, tuple[float, float]]]:
-        """Return (p, q, orbits, largest semi-axis of an island in each coordinate) of each chain, those of fewer
-        islands first.
+        """Return the chains of islands that were found.
+
+        Returns
+        -------
+        list of tuple
+            Tuples (p, q, orbits, semi-axes): the rotation number p/q, the number of orbits, and the largest semi-axis
+            of an island in both coordinates. Chains of few islands are first.
         """
         chains = sorted({(int(q), int(p)) for p, q in zip(self.p, self.q, strict=True) if q})
         found = []
@@ -101,42 +129,52 @@ class Islands(Result):
         return found
 
     def summary(self) -> str:
-        """Return one line with the number of orbits of each class."""
+        """Return one line with the number of orbits of each class.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         classes, counts = np.unique(self.classification, return_counts=True)
         return "; ".join(f"{count} {Classification(code).name}" for code, count in zip(classes, counts, strict=True))
 
 
 @says_progress
 def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None) -> Rotation:
-    """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
+    r"""Compute rotation numbers of section orbits about a centre.
 
     Parameters
     ----------
-    points : array (2, crossings) or (2, crossings, orbits), or `SectionMap`
-        NaN past the last crossing. A SectionMap is of a map of one degree of freedom or of a section q_i = c of two.
-    centre : array (2,) or (2, orbits), optional
-        Point inside the invariant curves (default: the weighted mean of each orbit, which lies inside any convex
-        curve).
+    points : array_like, shape (2, crossings) or (2, crossings, orbits), or SectionMap
+        Coordinate and momentum at the crossings, NaN after the last one. A `SectionMap` must be of a map of one degree
+        of freedom, or of a section q_i = c of a system of two degrees of freedom.
+    centre : array_like, shape (2,) or (2, orbits), optional
+        Point inside the invariant curves. Default: the weighted mean of each orbit, which lies inside any convex curve.
 
     Returns
     -------
     `Rotation`
-        Rotation numbers in turns per crossing; an orbit of fewer than 32 points has a status.
+        Rotation numbers in turns per crossing. An orbit of fewer than 32 points has the status TOO_FEW_CROSSINGS.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong.
+    ValueError
+        If the points or the centre have a wrong shape or value.
+    TypeError
+        If the points are of another kind, or the `SectionMap` has other dimensions.
 
     Notes
     -----
-    The displacement of the angle is lifted from the circle by continuity along the curve. Every centre inside a curve
-    that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. The average
-    with the weight exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth
-    curve with a Diophantine rotation number; the angle is that after a linear map that makes the second moments of the
-    points those of a circle, so that units, thin and turned curves do not matter; a line at distance d from an integer
-    is damped below 2e-12 once d N > 9.6. On a chaotic orbit it converges like N^(-1/2). Cost: one sort of the angles of
-    each orbit. Memory: about ten arrays of the size of points.
+    - Method: weighted Birkhoff average of the advance of the angle, with the weight :math:`\exp(30(\sqrt{1 - x^2} -
+      1))`. A linear map first makes the second moments of the points those of a circle, so units and thin curves do not
+      matter.
+    - Accuracy: faster than any power of the number N of crossings for a smooth curve and a Diophantine rotation number;
+      :math:`N^{-1/2}` for chaotic orbits. Neighbours must be less than half a turn apart. Any centre inside a curve
+      r(theta) gives the same number.
+    - Errors: 5 times the largest difference between windows, the effect of unseen beats with fractions p/m, and
+      round-off.
+    - Cost: one sort of the angles of each orbit. Memory: ten times the points.
 
     References
     ----------
@@ -160,35 +198,38 @@ def islands(
 
     Parameters
     ----------
-    points, centre : as in `rotation_number`
-        For a chain, the centre is a point between its islands, such as the elliptic fixed point that they surround.
+    points : array_like, shape (2, crossings) or (2, crossings, orbits), or SectionMap
+        Coordinate and momentum at the crossings, NaN after the last one. A `SectionMap` must be of a map of one degree
+        of freedom, or of a section q_i = c of a system of two degrees of freedom.
+    centre : array_like, shape (2,) or (2, orbits), optional
+        Point inside the invariant curves; for a chain, a point between its islands, such as the elliptic fixed point.
+        Default: the weighted mean of each orbit.
     max_islands : int, default 32
-        Largest number q of islands of a chain that is searched for.
-    digits : float > 0, default 4
-        Digits that the rotation number of a curve or chain must have.
+        Largest number q of islands in a chain that is searched for.
+    digits : float, default 4
+        Positive number of digits to which the rotation number of a curve or chain must be known.
 
     Returns
     -------
     `Islands`
-        The classification of each orbit, with rotation numbers, places and sizes of islands.
+        Classification of each orbit, with rotation numbers, positions and sizes of islands.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong.
+    ValueError
+        If the points, the centre or an option have a wrong shape or value.
+    TypeError
+        If the points are of another kind, or the `SectionMap` has other dimensions.
 
     Notes
     -----
-    RESONANT: the rotation number is p/q within its error, and the points visited every q-th time stay inside a sector
-    of angles of their own and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but no
-    turning back yet: a curve too close to p/q, or an island that turns too slowly, for this number of points. REGULAR:
-    all other orbits whose rotation number converges. CHAOTIC: it does not converge, and 200 points or more show chaos:
-    they fill an area, and neighbours part until they are as far from each other as any two. UNDECIDED where neither is
-    seen: close to a separatrix or a resonance a rotation number needs more crossings (thousands). q = 1 is an island
-    beside the centre. The mean point of an island is off its periodic point by the order of its width squared.
-
-    Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and 600 distances a point of orbits
-    without digits.
+    - RESONANT: the rotation number is p/q within its error. Every q-th point stays in one sector of angles and turns
+      back there, or does not move. An island beside the centre has q = 1.
+    - REGULAR: all other orbits whose rotation number converges.
+    - CHAOTIC: the rotation number does not converge, and 200 points or more fill an area while neighbours separate.
+    - UNDECIDED: all others. Orbits close to a separatrix or a resonance need thousands of crossings.
+    - Accuracy: the mean point of an island differs from its periodic point by the order of its width squared.
+    - Cost: `rotation_number`, one pass for each q, and 600 distances a point of orbits that do not converge.
 
     References
     ----------

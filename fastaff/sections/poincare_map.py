@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted, partial_result_on_interrupt
 from ..core.numbers import fits, portion, positive, whole
 from ..core.status import Status
@@ -46,6 +47,7 @@ PARTED = 0.2
 
 @coerces_arguments(z0=starts_of, section=section_of, scheme=scheme_of)
 @records_call
+@inserts_parameters
 def poincare_map(
     model: Dynamics,
     z0: Starts,
@@ -63,50 +65,55 @@ def poincare_map(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> SectionMap:
-    """Follow orbits of `model` from `z0` to their first `crossings` crossings of `section`, or iterates of a map.
+    """Compute the crossings of orbits with a surface of section, or the iterates of a map.
 
     Parameters
     ----------
-    model, z0 : as in `integrate`
-    section : value of `fastaff.models.sections` (or your own) or str, optional
-        Text such as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), "x=0-" (downwards) or "x=0+-" (both), for a
-        driven system "t=0"; none for a map.
-        Default: the section of `z0`, where that is an `energy_grid` or `energy_sample` on one.
-    crossings : int >= 1
-        Crossings of each orbit; for a map iterates, whose numbers are the times.
-    max_time : float > 0, time, optional
-        Ends every orbit. Sections other than stroboscopic ones need it; a map takes none.
+    {model}
+    {z0}
+    {section}
+    crossings : int
+        Positive number of crossings of each orbit; for a map the number of iterates.
+    {max_time}
     direction : {1, -1, 0}, optional
-        Crossings where the section function increases, decreases, or both (default: as `section` says).
-    accuracy : float, optional
-        Error of times (times the angular frequency) and of points (relative to the amplitudes of the motion); default
-        1e-10 where neither it nor a step is given.
-    step, scheme, rtol, atol, energy_tolerance, threads, callback : as in `integrate`
+        Crossings that count: 1 if the section function increases there, -1 if it decreases, 0 for both. Default: the
+        direction of `section`.
+    accuracy : float, default 1e-10
+        Requested error of crossing times (times the angular frequency of the motion) and of points (relative to its
+        amplitudes). The step size of each orbit is chosen for it. Not available for ODE systems and adaptive methods:
+        use `rtol` and `atol`.
+    {step}
+    {scheme}
+    {rtol}
+    {atol}
+    {energy_tolerance}
+    {threads}
+    {callback}
 
     Returns
     -------
     `SectionMap`
-        Points and times of the crossings.
+        Points and times of the crossings, with error estimates and the status of each orbit.
 
     Raises
     ------
-    ValueError, TypeError, Interrupted
-        As in `integrate`.
+    ValueError
+        If a value is out of its range, `max_time` is given with a stroboscopic section, or the section has no
+        direction.
+    TypeError
+        If `max_time` is missing, or an argument does not suit the model.
+    Interrupted
+        On Ctrl-C, with the crossings so far in ``.partial``.
 
     Notes
     -----
-    A start on the section, to rounding, is no crossing, nor is one after max_time. A sign change of the section
-    function over a step is always found. Two crossings within a step, without a sign change, are found where the
-    function at three successive steps is smallest in the middle and a parabola reaches zero within a margin of two:
-    then the extremum is searched on the flow. The first and last step are treated alike, from a step before the start
-    and one beyond the end. Crossings are missed only where the function turns more than once between steps. A crossing
-    is the root of the section function along fractional steps of the same scheme: it has the scheme's order, and a
-    section error of rounding; nothing is interpolated. Crossings of a stroboscopic section are states after whole
-    numbers of steps, at exact multiples of the period.
-
-    Cost: the steps, and about eight steps for each crossing, in full lane blocks. Peak memory, whatever max_time is:
-    three times 2n + 1 numbers for each crossing and eight more, of each orbit; with an accuracy the result, 4n + 2
-    numbers, and some 130 MiB (bench/memory.py).
+    - Crossings: initial conditions on the section and points after `max_time` do not count. Sign changes of the section
+      function are always found. Two crossings within one step are found from the extremum between them; crossings are
+      missed only if the function turns more than once between steps.
+    - Accuracy: each crossing is a root of the section function along fractional steps, of the order of the method. A
+      stroboscopic section has states after whole numbers of steps, at exact multiples of the drive period.
+    - Cost: the steps, and about eight more for each crossing.
+    - Memory: 6n + 11 numbers for each crossing, for any `max_time`; if an accuracy is requested, 4n + 2 and 130 MiB.
 
     References
     ----------

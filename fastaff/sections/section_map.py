@@ -18,16 +18,38 @@ from ..systems.charts import Chart
 
 @dataclass(frozen=True)
 class SectionMap(Result):
-    """Crossings of a section.
+    """Crossings of a surface of section, or iterates of a map.
 
-    points (2n, crossings, orbits), the states at the crossings, and times (crossings, orbits): NaN past counts
-    (orbits,). section_error (orbits,): the largest ``|section(z)|`` over the crossings; energy_error (orbits,): the
-    largest ``|E - E0|`` over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the
-    fixed step, one for each orbit where it was chosen, or inf for an adaptive scheme. time_error (crossings, orbits)
-    and point_error (2n, crossings, orbits): the estimated errors of both, inf where a run with another step has no such
-    crossing; accurate_until (orbits,): the time up to which they stay below the accuracy; None where a step or
-    tolerances were given. An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded
-    the tolerance. names (2n,): of the rows, as in `Orbits`: `result["p_beta"]` (crossings, orbits) of a body.
+    Attributes
+    ----------
+    points : ndarray, shape (2n, crossings, orbits)
+        States at the crossings, NaN after the last one of an orbit.
+    times : ndarray, shape (crossings, orbits)
+        Times of the crossings, NaN after the last one; for a map the numbers of the iterates.
+    counts : ndarray of int, shape (orbits,)
+        Number of crossings of each orbit.
+    section_error : ndarray, shape (orbits,)
+        Largest ``|section(z)|`` over the crossings, in units of the section function.
+    energy_error : ndarray, shape (orbits,)
+        Largest ``|E - E0|`` over the crossings, relative to the largest kinetic energy.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each orbit. An orbit with ENERGY_DRIFT keeps the crossings before its energy error exceeded the
+        tolerance.
+    section : Section or None
+        Surface of section; None for a map.
+    scheme : Scheme
+        Integration method.
+    step : float or ndarray, shape (orbits,)
+        Step size, in units of time: one for each orbit if it was chosen, inf for an adaptive method.
+    names : tuple of str, length 2n
+        Names of the rows: ``result["p_beta"]`` is the row of that name, of shape (crossings, orbits).
+    time_error : ndarray, shape (crossings, orbits), or None
+        Error estimates of `times`: inf if the comparison run has no such crossing, None if a step or tolerances were
+        given.
+    point_error : ndarray, shape (2n, crossings, orbits), or None
+        Error estimates of `points`, with the same exceptions.
+    accurate_until : ndarray, shape (orbits,), or None
+        Time until which both errors stay below the requested accuracy, with the same exception.
     """
 
     points: Annotated[
@@ -49,13 +71,28 @@ class SectionMap(Result):
     accurate_until: Annotated[np.ndarray | None, along("orbit", unit="time")] = None
 
     def coordinates(self, chart: Chart) -> np.ndarray:
-        """Return the crossings in a chart of GL(2,R): (8, crossings, orbits), coordinates and momenta, NaN past
-        counts.
+        """Return the crossings in a chart of GL(2,R).
+
+        Parameters
+        ----------
+        chart : Chart
+            Coordinates to return.
+
+        Returns
+        -------
+        ndarray, shape (8, crossings, orbits)
+            Coordinates and momenta, NaN after the last crossing.
         """
         return in_chart(self.points, checked_chart(chart))
 
     def summary(self) -> str:
-        """Return one line with the outcomes of the orbits, and how to ask for crossings that were not counted."""
+        """Return one line with the outcomes of the orbits, and advice if crossings are missing.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         said = super().summary()
         way = getattr(self.section, "direction", 0)
         never = int(np.count_nonzero((self.counts == 0) & (self.status == Status.TOO_FEW_CROSSINGS)))

@@ -15,6 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.docstrings import inserts_parameters
+
 
 class _Callable:
     """Call of the sections of this module, `section(z)`; z has shape (2n,) or (2n, orbits)."""
@@ -46,17 +48,17 @@ def _of_bodies(text, label, over):
 
 
 @_section
+@inserts_parameters
 class Hyperplane(NamedTuple):
-    """The hyperplane normal . z = offset of the phase space, for a system of any number of degrees of freedom.
+    """Hyperplane ``normal . z = offset`` of phase space, for any number of degrees of freedom.
 
     Parameters
     ----------
-    normal : tuple of 2n floats
-        Entries in the row order of z; x = 0 of Henon-Heiles is Hyperplane(normal=(1, 0, 0, 0)).
+    normal : tuple of float, length 2n
+        Normal vector, in the row order of z: x = 0 of `HenonHeiles` is ``Hyperplane(normal=(1, 0, 0, 0))``.
     offset : float, default 0
-        Value of normal . z on the section.
-    direction : {1, -1, 0}, default 1
-        Sign of the crossings that count; 0: both.
+        Value of ``normal . z`` on the section.
+    {direction}
 
     Examples
     --------
@@ -69,7 +71,18 @@ class Hyperplane(NamedTuple):
     direction: int = 1
 
     def value(self, *z):
-        """Return normal . z - offset."""
+        """Return ``normal . z - offset``.
+
+        Parameters
+        ----------
+        *z : float or ndarray
+            Coordinates, then momenta.
+
+        Returns
+        -------
+        float or ndarray
+            Section function.
+        """
         total = -self.offset
         for i in range(len(z)):
             total = total + self.normal[i] * z[i]
@@ -77,19 +90,19 @@ class Hyperplane(NamedTuple):
 
 
 @_section
+@inserts_parameters
 class AngleEquals(NamedTuple):
-    """The surfaces normal . z = offset, up to whole periods, for instance of a winding angle.
+    """Surfaces on which ``normal . z`` equals an offset up to whole periods, for example of a periodic coordinate.
 
     Parameters
     ----------
-    normal : tuple of 2n floats
-        Entries in the row order of z.
+    normal : tuple of float, length 2n
+        Normal vector, in the row order of z.
     offset : float, default 0
-        Value of normal . z on the section.
-    period : float > 0, default 2 pi
-        Crossings of offset plus any multiple of it count.
-    direction : {1, -1, 0}, default 1
-        Sign of the crossings that count; 0: both.
+        Value of ``normal . z`` on the section.
+    period : float, default 2 pi
+        Positive period of the section function. Crossings of the offset plus any multiple of it count.
+    {direction}
 
     Examples
     --------
@@ -103,7 +116,18 @@ class AngleEquals(NamedTuple):
     direction: int = 1
 
     def value(self, *z):
-        """Return normal . z - offset, reduced to half a period around 0."""
+        """Return ``normal . z - offset``, reduced to half a period around 0.
+
+        Parameters
+        ----------
+        *z : float or ndarray
+            Coordinates, then momenta.
+
+        Returns
+        -------
+        float or ndarray
+            Section function.
+        """
         total = -self.offset
         for i in range(len(z)):
             total = total + self.normal[i] * z[i]
@@ -112,12 +136,16 @@ class AngleEquals(NamedTuple):
 
 @_of_bodies("alpha-turning", r"p_{\alpha}", "beta")
 class AlphaTurning(NamedTuple):
-    """Turning points of alpha, p_alpha = 0: the section function is alpha p_alpha = a . p_a.
+    r"""Turning points of alpha of a body, :math:`p_\alpha = 0`.
 
     Parameters
     ----------
     direction : {1, -1, 0}, default 1
-        +1, increasing: minima of alpha; -1, decreasing: maxima; 0: both.
+        Crossings that count: 1 is minima of alpha, -1 is maxima, 0 is both.
+
+    Notes
+    -----
+    The section function is :math:`\alpha p_\alpha = a \cdot p_a`.
 
     References
     ----------
@@ -132,18 +160,35 @@ class AlphaTurning(NamedTuple):
     direction: int = 1
 
     def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
-        """Return alpha p_alpha."""
+        """Return ``alpha p_alpha``.
+
+        Parameters
+        ----------
+        a1, a2, b1, b2 : float or ndarray
+            Coordinates in the planes a and b.
+        pa1, pa2, pb1, pb2 : float or ndarray
+            Momenta of these coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            Section function, a product of a coordinate and a momentum.
+        """
         return a1 * pa1 + a2 * pa2
 
 
 @_of_bodies("beta-turning", r"p_{\beta}", "alpha")
 class BetaTurning(NamedTuple):
-    """Turning points of beta, p_beta = 0: the section function is beta p_beta = b . p_b, smooth through beta = 0.
+    r"""Turning points of beta of a body, :math:`p_\beta = 0`.
 
     Parameters
     ----------
     direction : {1, -1, 0}, default 1
-        +1, increasing: minima of beta; -1, decreasing: maxima; 0: both.
+        Crossings that count: 1 is minima of beta, -1 is maxima, 0 is both.
+
+    Notes
+    -----
+    The section function is :math:`\beta p_\beta = b \cdot p_b`. It is smooth at :math:`\beta = 0`.
 
     References
     ----------
@@ -158,20 +203,33 @@ class BetaTurning(NamedTuple):
     direction: int = 1
 
     def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
-        """Return beta p_beta."""
+        """Return ``beta p_beta``.
+
+        Parameters
+        ----------
+        a1, a2, b1, b2 : float or ndarray
+            Coordinates in the planes a and b.
+        pa1, pa2, pb1, pb2 : float or ndarray
+            Momenta of these coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            Section function, a product of a coordinate and a momentum.
+        """
         return b1 * pb1 + b2 * pb2
 
 
 @_of_bodies("alpha", r"\alpha", "beta")
+@inserts_parameters
 class AlphaEquals(NamedTuple):
-    """The surface alpha = constant: the section function is alpha - constant.
+    """Surface on which alpha of a body is constant; the section function is alpha less the constant.
 
     Parameters
     ----------
-    constant : float > 0
-        Value of alpha.
-    direction : {1, -1, 0}, default 1
-        Sign of the crossings that count; 0: both.
+    constant : float
+        Positive value of alpha.
+    {direction}
 
     Examples
     --------
@@ -183,24 +241,48 @@ class AlphaEquals(NamedTuple):
     direction: int = 1
 
     def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
-        """Return alpha - constant."""
+        """Return alpha less the constant.
+
+        Parameters
+        ----------
+        a1, a2, b1, b2 : float or ndarray
+            Coordinates in the planes a and b.
+        pa1, pa2, pb1, pb2 : float or ndarray
+            Momenta of these coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            Section function, a length.
+        """
         return np.sqrt(a1 * a1 + a2 * a2) - self.constant
 
     def radii(self, u):
-        """Return alpha and beta over u = beta."""
+        """Return alpha and beta of points of the section.
+
+        Parameters
+        ----------
+        u : ndarray
+            Values of beta.
+
+        Returns
+        -------
+        tuple of ndarray
+            Values of alpha and beta, of the shape of `u`.
+        """
         return np.full(u.shape, float(self.constant)), u
 
 
 @_of_bodies("beta", r"\beta", "alpha")
+@inserts_parameters
 class BetaEquals(NamedTuple):
-    """The surface beta = constant > 0: the section function is beta - constant.
+    """Surface on which beta of a body is constant; the section function is beta less the constant.
 
     Parameters
     ----------
-    constant : float > 0
-        Value of beta.
-    direction : {1, -1, 0}, default 1
-        Sign of the crossings that count; 0: both.
+    constant : float
+        Positive value of beta.
+    {direction}
 
     Examples
     --------
@@ -212,28 +294,57 @@ class BetaEquals(NamedTuple):
     direction: int = 1
 
     def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
-        """Return beta - constant."""
+        """Return beta less the constant.
+
+        Parameters
+        ----------
+        a1, a2, b1, b2 : float or ndarray
+            Coordinates in the planes a and b.
+        pa1, pa2, pb1, pb2 : float or ndarray
+            Momenta of these coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            Section function, a length.
+        """
         return np.sqrt(b1 * b1 + b2 * b2) - self.constant
 
     def radii(self, u):
-        """Return alpha and beta over u = alpha."""
+        """Return alpha and beta of points of the section.
+
+        Parameters
+        ----------
+        u : ndarray
+            Values of alpha.
+
+        Returns
+        -------
+        tuple of ndarray
+            Values of alpha and beta, of the shape of `u`.
+        """
         return u, np.full(u.shape, float(self.constant))
 
 
 @_of_bodies("area", "D_1D_2", "beta")
+@inserts_parameters
 class AreaEquals(NamedTuple):
-    """The surface D1 D2 = constant (area ratio of the deformation): the section function is det phi - constant.
+    r"""Surface on which the area ratio D1 D2 of a deformed body is constant.
 
     Parameters
     ----------
     constant : float, default 1
-        Value of det phi.
-    direction : {1, -1, 0}, default 1
-        Sign of the crossings that count; 0: both.
+        Value of the area ratio, the determinant of the configuration.
+    {direction}
+
+    Notes
+    -----
+    The section function is :math:`\det\varphi - c`, where :math:`c` is the constant and :math:`\det\varphi = D_1 D_2 =
+    (\alpha^2 - \beta^2)/2`.
 
     References
     ----------
-    EQ2.2x of Martens & Slawianowski, D1 D2 = (alpha^2 - beta^2)/2.
+    EQ2.2x of Martens & Slawianowski.
 
     Examples
     --------
@@ -245,32 +356,83 @@ class AreaEquals(NamedTuple):
     direction: int = 1
 
     def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
-        """Return D1 D2 - constant."""
+        """Return D1 D2 less the constant.
+
+        Parameters
+        ----------
+        a1, a2, b1, b2 : float or ndarray
+            Coordinates in the planes a and b.
+        pa1, pa2, pb1, pb2 : float or ndarray
+            Momenta of these coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            Section function, an area.
+        """
         return (a1 * a1 + a2 * a2 - b1 * b1 - b2 * b2) / 2 - self.constant
 
     def radii(self, u):
-        """Return alpha and beta over u = beta."""
+        """Return alpha and beta of points of the section.
+
+        Parameters
+        ----------
+        u : ndarray
+            Values of beta.
+
+        Returns
+        -------
+        tuple of ndarray
+            Values of alpha and beta, of the shape of `u`.
+        """
         return np.sqrt(2 * self.constant + u * u), u
 
     def slopes(self, alpha, beta):
-        """Return the derivatives of D1 D2 by alpha and by beta."""
+        """Return the derivatives of D1 D2 with respect to alpha and beta.
+
+        Parameters
+        ----------
+        alpha : ndarray
+            Values of alpha.
+        beta : ndarray
+            Values of beta.
+
+        Returns
+        -------
+        tuple of ndarray
+            Both derivatives.
+        """
         return alpha, -beta
 
     def leaning(self, u):
-        """Return (d alpha/d beta)^2 over u = beta."""
+        r"""Return the squared derivative of alpha with respect to beta along the section.
+
+        Parameters
+        ----------
+        u : ndarray
+            Values of beta.
+
+        Returns
+        -------
+        ndarray
+            :math:`(d\alpha/d\beta)^2`.
+        """
         return np.square(u) / (2 * self.constant + np.square(u))
 
 
 @_section
 class Stroboscopic(NamedTuple):
-    """Times at which the drive of a driven system has a given phase: t = phase, up to whole periods.
-
-    The times between crossings are exact multiples of the period; a start on the section is no crossing.
+    """Times at which the drive of a system has a given phase: ``t = phase``, up to multiples of the drive period.
 
     Parameters
     ----------
-    phase : float, time, default 0
-        Phase of the drive.
+    phase : float, default 0
+        Phase of the drive, in units of time.
+
+    Notes
+    -----
+    The times between crossings are exact multiples of the drive period. Initial conditions on the section do not count
+    as a crossing.
 
     References
     ----------
@@ -288,9 +450,20 @@ class Stroboscopic(NamedTuple):
 
     @property
     def direction(self) -> int:
-        """+1: the time increases."""
+        """Direction of the crossings: 1, because the time increases."""
         return 1
 
     def value(self, *z):
-        """Return t - phase."""
+        """Return the time less the phase.
+
+        Parameters
+        ----------
+        *z : float or ndarray
+            Rows of the state; the last coordinate is the time.
+
+        Returns
+        -------
+        float or ndarray
+            Section function, a time.
+        """
         return z[len(z) // 2 - 1] - self.phase
