@@ -80,6 +80,16 @@ PARAMETERS = {
         direction : {1, -1, 0}, default 1
             Crossings that count: 1 if the section function increases there, -1 if it decreases, 0 for both.
         """,
+    "signals": """
+        signals : Angles or str, optional
+            Angles whose frequencies are computed: an object of `fastaff.models.angles`, ``"R z phi"`` (cylindrical) or
+            ``"R phi"`` (polar). Default: the angles natural to the potential, else the plane of each coordinate and
+            its momentum. Not available for maps.
+        """,
+    "lines": """
+        lines : int, optional
+            Number of strongest spectral lines of each signal to return as `AngleLines`. Default: none.
+        """,
 }
 """Entries of parameter lists in numpydoc form, by the name that stands for them."""
 

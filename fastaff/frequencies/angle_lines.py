@@ -23,15 +23,27 @@ AT_ONCE = 256
 
 @dataclass(frozen=True)
 class AngleLines(Result):
-    """Lines sum_k amplitude_k exp(2 pi i nu_k t) of the signal of each angle, the largest first.
+    r"""Spectral lines of the signal of each angle, the strongest first.
 
-    The signal is Q - i kappa P without its mean, and without its mean growth where it grows without bound, in the units
-    of Q; kappa is the ratio of the sizes of Q and P, root mean square. names: of the angles; nu, error (n, lines,
-    orbits) in cycles per unit time, signed, positive for motion q = cos, p = -sin; amplitude (n, lines, orbits),
-    complex, at the time 0: of the start of a frequency map, of the first sample of orbits that were given. `phase` is
-    its argument in radians. A missing line has the amplitude 0 and the error inf.
+    Attributes
+    ----------
+    names : tuple of str, length n
+        Names of the angles.
+    nu : ndarray, shape (n, lines, orbits)
+        Signed frequencies in cycles per unit time, positive for motion with q = cos and p = -sin.
+    amplitude : ndarray of complex, shape (n, lines, orbits)
+        Amplitudes in units of Q, at time 0: the start of a run, or the first sample. 0 for a missing line.
+    error : ndarray, shape (n, lines, orbits)
+        Error estimates of `nu`, in cycles per unit time; inf for a missing line.
 
-    :Source: Wall & Neuhauser 1995, J. Chem. Phys. 102, 8011.
+    Notes
+    -----
+    The signal is :math:`Q - i \kappa P = \sum_k A_k e^{2\pi i \nu_k t}`, without its mean and without the mean growth
+    of a coordinate that grows without bound. :math:`\kappa` is the ratio of the root mean squares of Q and P.
+
+    References
+    ----------
+    Wall & Neuhauser 1995, J. Chem. Phys. 102, 8011.
     """
 
     names: tuple[str, ...]
@@ -41,12 +53,12 @@ class AngleLines(Result):
 
     @property
     def phase(self) -> np.ndarray:
-        """Phases (n, lines, orbits) of the lines at the time 0, in radians."""
+        """Phases of the lines at time 0 in radians, shape (n, lines, orbits)."""
         return np.angle(self.amplitude)
 
     @property
     def omega(self) -> np.ndarray:
-        """Angular frequencies 2 pi nu."""
+        """Angular frequencies 2 pi nu in radians per unit time, shape (n, lines, orbits)."""
         return 2 * np.pi * self.nu
 
 

@@ -18,24 +18,61 @@ from .angle_lines import AngleLines
 class FrequencyMap(Result):
     """Fundamental frequencies of orbits.
 
-    names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
-    covers the averaging, the scheme and rounding; inf where there is no frequency (of a map, and of an orbit that was
-    lost, nu is NaN there); classification (orbits,) of `Classification`: REGULAR, all n
-    frequencies are independent; RESONANT, only `rank` (orbits,) of them are (a resonance, a mode at rest; of a
-    map, an angle locked to a fraction of the turn), the other rows show the dominant line of their coordinate;
-    IRREGULAR, they change from one half to the other: chaos or a transient; UNDECIDED, the time is too short to tell,
-    as where a visible line is no combination of the frequencies, lines are closer than about 1/time (a slow precession,
-    weakly coupled modes, a low resonance), an error is above 0.15/time, or a mode is too slow to show. dominant,
-    dominant_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with
-    dominant_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known). Frequencies that all have
-    basis 1 are those of the coordinates' own lines (`other_basis` marks orbits without them); with a singular basis
-    the dominant lines are locked. diffusion (orbits,) = log10 of the largest ``|nu(first half) - nu(second half)|``,
-    for a body over nu_eta and nu_gamma, whose angles are well defined on every orbit, NaN where there is none;
-    energy_error, status (orbits,); t (orbits,) the time reached. step: the step used, one for each orbit, or that
-    of an adaptive scheme. For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside
-    them. lines: the strongest lines of each angle's signal, where they were asked for. nu_halves, nu_halves_error
-    (2, n, orbits): the frequencies of both halves of the time with their errors, None for maps. Orbits that were given
-    as samples have no energy_error and no scheme, and step is their interval.
+    Attributes
+    ----------
+    names : tuple of str, length n
+        Names of the angles, one for each row of `nu`. For a body they are two librations, phi and psi.
+    nu : ndarray, shape (n, orbits)
+        Fundamental frequencies in cycles per unit time; for a map per iterate. They are positive, or have the sign of
+        the rotation for the planes of a body. For a plane of a map it is the tune in [0, 1); for a periodic coordinate
+        the mean advance in periods, not modulo 1. NaN for orbits of a map that were lost.
+    error : ndarray, shape (n, orbits)
+        Error estimates of `nu`, of averaging, integration and round-off; inf if there is no frequency.
+    diffusion : ndarray, shape (orbits,)
+        log10 of the largest ``|nu(first half) - nu(second half)|``, for a body over `nu_eta` and `nu_gamma`; NaN if
+        there is no frequency.
+    energy_error : ndarray, shape (orbits,), or None
+        Largest energy error, relative to the largest kinetic energy. None for orbits given as samples.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each orbit.
+    nu_eta, nu_gamma : ndarray, shape (orbits,), or None
+        Frequencies of the angles eta and gamma of a body, which are defined on every orbit.
+    time : float
+        Length of the run.
+    scheme : Scheme or None
+        Integration method. None for orbits given as samples.
+    step : float or ndarray, shape (orbits,)
+        Step size, in units of time: one for each orbit if it was chosen. For orbits given as samples, their interval.
+    classification : ndarray of int, shape (orbits,)
+        `Classification` of each orbit: REGULAR, RESONANT, IRREGULAR or UNDECIDED.
+    rank : ndarray of int, shape (orbits,)
+        Number of independent frequencies. If it is less than n, the other rows of `nu` are the dominant lines of their
+        coordinates.
+    dominant : ndarray, shape (n, orbits)
+        Dominant spectral line of each coordinate, in cycles per unit time.
+    dominant_error : ndarray, shape (n, orbits)
+        Error estimates of `dominant`.
+    basis : ndarray of int, shape (n, n, orbits)
+        Integers with ``dominant_i = sum_j basis_ij nu_j`` within the errors. A row is 0 if they are unknown. A singular
+        basis means that the dominant lines are locked.
+    t : ndarray, shape (orbits,), or None
+        Time that each orbit reached. A lost particle keeps its earlier frequencies.
+    lines : AngleLines or None
+        Strongest spectral lines of each signal, if they were requested. For a map they are those of the first window,
+        modulo 1, in (-1/2, 1/2], and without the mean advance of a periodic coordinate.
+    nu_halves : ndarray, shape (2, n, orbits), or None
+        Frequencies of both halves of the run; None for maps.
+    nu_halves_error : ndarray, shape (2, n, orbits), or None
+        Error estimates of `nu_halves`.
+
+    Notes
+    -----
+    - REGULAR: all visible lines are combinations of n independent frequencies.
+    - RESONANT: they are combinations of fewer (a resonance, a mode at rest, or an angle of a map locked to a fraction).
+    - IRREGULAR: chaos or a transient. Frequencies of the whole run and of the halves differ by 0.25 cycles over a half
+      or more, and the dominant lines are not sharp.
+    - UNDECIDED: the run is too short. A line is not explained, lines are closer than about 1/time, a mode is too slow,
+      a low resonance is within the errors, or an error exceeds 0.15/time.
     """
 
     names: tuple[str, ...]
@@ -63,13 +100,14 @@ class FrequencyMap(Result):
 
     @property
     def digits(self) -> np.ndarray:
-        """Digits (orbits,) to which the weighted averages of both halves agree, relative to the largest frequency, for
-        a map to one turn; NaN where there is none.
+        """Digits to which weighted averages over both halves (or windows) agree, shape (orbits,).
 
-        Chaotic orbits have about log10(t)/2, t in periods, regular ones up to all 16. In `frequency_map` with a
-        window: of the first and the last one.
+        They are relative to the largest frequency, for a map to one turn; NaN if there is no frequency. Chaotic orbits
+        have about log10(t)/2, with t in periods, regular ones up to 16.
 
-        :Source: Sander & Meiss 2020, Physica D 411, 132569.
+        References
+        ----------
+        Sander & Meiss 2020, Physica D 411, 132569.
         """
         largest = np.where(np.isfinite(self.error), np.abs(self.nu), 0.0).max(axis=0)
         if self.scheme == ITERATION:
@@ -80,24 +118,32 @@ class FrequencyMap(Result):
 
     @property
     def omega(self) -> np.ndarray:
-        """Angular frequencies 2 pi nu, in radians per unit time."""
+        """Angular frequencies 2 pi nu in radians per unit time, shape (n, orbits)."""
         return 2 * np.pi * self.nu
 
     @property
     def regular(self) -> np.ndarray:
-        """Whether orbits (orbits,) are OK and have frequencies, independent or not: neither irregular nor undecided."""
+        """Mask of the orbits that are OK, and REGULAR or RESONANT, shape (orbits,)."""
         return (self.status == Status.OK) & is_regular(self.classification)
 
     @property
     def other_basis(self) -> np.ndarray:
-        """Whether regular orbits (orbits,) have frequencies of another basis than the coordinates' own lines, as in a
-        resonance: nu jumps from orbit to orbit where the basis changes, `dominant` where another line is the strongest.
+        """Mask of regular orbits whose frequencies differ from the dominant lines of the coordinates, shape (orbits,).
+
+        An orbit trapped in a resonance is an example. At such orbits `nu` jumps from orbit to orbit because the basis
+        changes; `dominant` jumps if another line is the strongest.
         """
         own = np.eye(len(self.basis), dtype=np.int64)[:, :, None]
         return self.regular & ((self.basis != own).any(axis=1) & self.basis.any(axis=1)).any(axis=0)
 
     def summary(self) -> str:
-        """Return one line with the outcomes of the orbits, and the classes of those that are OK."""
+        """Return one line with the outcomes of the orbits, and the classes of those that are OK.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         fine = self.status == Status.OK
         counts = {
             "by the coordinates' own lines": self.regular & ~self.other_basis,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..core.classification import is_regular
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, fits, whole
 from ..core.status import Status
@@ -74,6 +75,7 @@ BESIDE = 0.1
 
 @coerces_arguments(z0=starts_of, scheme=scheme_of, signals=named_signals)
 @records_call
+@inserts_parameters
 def frequency_map(
     model: Dynamics,
     z0: Starts,
@@ -91,85 +93,59 @@ def frequency_map(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> FrequencyMap:
-    """Find the fundamental frequencies of orbits of `model` from `z0` over `time`.
+    r"""Compute the fundamental frequencies of orbits.
 
     Parameters
     ----------
-    model, z0 : as in `integrate`
-    time : float > 0, time
-        Best 50 periods or more, at least 18; for a map a number of iterates.
+    {model}
+    {z0}
+    time : float
+        Length of the run, in units of time; for a map the number of iterates, 64 or more. Use 50 periods of the motion
+        or more: orbits with fewer than 18 are UNDECIDED.
     accuracy : float, default 1e-11
-        Error of the scheme, relative to an orbit's largest frequency: steps are chosen for it and halved where they
-        miss it. The error due to a short `time` stays in `error`.
-    signals : value of `fastaff.models.angles`, or "R z phi", "R phi", optional
-        Default: the angles natural to the potential, or the coordinates and momenta themselves.
-    window : int, turns, optional
-        For a map: the first and the last window are compared for the diffusion, instead of the halves.
-    step : float, time, optional
-        Instead of an accuracy; for an adaptive scheme the interval between samples (default: 1/16 of a typical radian).
-    scheme, rtol, atol, energy_tolerance : as in `integrate`
-    lines : int, optional
-        Number of strongest lines of each angle's signal to return too, as `AngleLines`.
-    threads, callback : as in `integrate`
+        Requested error of the integration, relative to the largest frequency of an orbit. The step size of each orbit
+        is chosen for it. The error due to a short `time` is not limited by it but reported in ``error``. Not available
+        for ODE systems and adaptive methods: use `rtol` and `atol`.
+    {signals}
+    window : int, optional
+        For maps only: number of iterates of a window. The first and the last window are compared for the diffusion, and
+        the frequencies are those of the first one. Default: the two halves of the run.
+    step : float or array_like, shape (orbits,), optional
+        Largest fixed step size, in units of time, instead of `accuracy`. For an adaptive method it is the interval
+        between samples, by default 1/16 of a typical radian.
+    {scheme}
+    {rtol}
+    {atol}
+    {energy_tolerance}
+    {lines}
+    {threads}
+    {callback}
 
     Returns
     -------
     `FrequencyMap`
-        Frequencies in cycles per unit time, with errors, diffusion and classes.
+        Frequencies in cycles per unit time, with error estimates, diffusion and classification of each orbit.
 
     Raises
     ------
-    ValueError, TypeError, Interrupted
-        As in `integrate`.
+    ValueError
+        If a value is out of its range, `window` is given for a system in time, or `signals` for a map.
+    TypeError
+        If an argument is of a wrong kind, or does not suit the model.
+    Interrupted
+        On Ctrl-C, with the orbits finished so far in ``.partial``.
 
     Notes
     -----
-    Maps: nu is per iterate. In a plane (q, p) it is the tune in [0, 1) of q - i p, as in `tunes`; of a coordinate with
-    a period it is the rotation number, the mean advance per iterate in periods, not modulo 1. With a window nu is that
-    of the first window; turns between the windows are iterated at full speed and not kept. A lost particle keeps its
-    status, its turn `t` and its earlier values. Angle steps are summed while the map runs, twice where there are
-    planes, to the bits of `tunes` of the samples; samples are kept only of orbits that are lost or need lines: some 12
-    ns a turn of four coordinates, 2 to 3 of the standard map. Where a steady mean turn is off by more than 1e-9, the
-    inverted line of the plane replaces it, and over at most 4096 iterates that of exp(2 pi i x/period), for some 80 ns
-    a turn. `lines` are those of the first window, modulo 1, in
-    (-1/2, 1/2]; of a winding coordinate without its mean turn.
+    - Method: each coordinate and its momentum form a complex signal. Its spectral lines are found by harmonic inversion
+      near peaks of its transform. Fundamental frequencies are independent lines that generate the others; each is
+      assigned to the coordinate with its largest amplitude.
+    - Diffusion: :math:`\log_{10} \max_i |\nu_i^{(1)} - \nu_i^{(2)}|` of the halves of the run.
+    - Errors: 5 times (:math:`5(n - 1)` for :math:`n > 2`) the largest of a line's growth, its residual and its change
+      in shorter windows, plus the integration error from a partial run with half the step.
+    - Cost: the run, the partial run, a transform of each signal. Memory: 256 MiB, or 640 MiB for long orbits.
 
-    Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
-    every 1.1 radians of its motion, a body with angles of its own every 0.8. The lines of all loops (Q, P) together
-    span a lattice, generated by the strongest independent lines. Each generator goes to the coordinate in whose motion
-    it has the largest share. Generators are positive; those of a body's planes have the sign of turning. Weak ones are
-    lines, down to 1e-10, of combinations of Q and P without the strong ones' lines. A coordinate that grows without
-    bound counts without its mean growth; the mean rate of one with a period is its frequency. About an axis whose
-    angular momentum changes the plane x, y is one of the loops: nu_phi is the mean rate of the azimuth, nu_R (nu_z) the
-    strongest line of R (z) that makes a basis with the others, as a bar drives R at 2 nu_phi; x, y (, z) take the place
-    of an R that is not smooth.
-
-    Lines: the peaks of one windowed Fourier transform of each loop are guesses. Each band around a peak, of eight
-    functions over 12.8 cycles, is inverted harmonically: its lines are eigenvalues of a small pencil, without window
-    and leakage. They are exact to rounding where the band holds at most eight. The line of a generator is then inverted
-    in the loop that has it and no other, over the whole, in a band of fourteen functions, over the first and the last
-    0.7 of the time, and over the halves. A half without a sharp line, as of chaotic orbits, has the mean of a smooth
-    window instead. The mean rates of a body's own angles identify their lines, and replace missing ones.
-
-    Errors: 5 times, for n > 2 5 (n - 1) times, the largest of a line's growth, which a regular orbit has not, its
-    residual in the matrices of the next order, and its distance from the lines of the two shorter windows, all complex;
-    4 times as much where a short combination turns by less than 2.9 cycles; 3 times what the frequency of a half
-    differs beyond its own error; the possible effect of aliased lines; 5 times the uncertainty of the change of the
-    frequency over a part of the time (a sixteenth, or at least 128 steps) when the step is halved, for a Runge-Kutta
-    scheme, whose error grows, times the ratio of the times (tolerances a hundredth for an adaptive one), for a
-    splitting with the change taken off the value; and rounding.
-
-    Classes: REGULAR, all visible lines are combinations of n frequencies. RESONANT, they are combinations of fewer,
-    with dominant lines known to 1e-3 cycles over the time. UNDECIDED, a line is not explained, a frequency is off by
-    0.15 cycles or more, or a combination of frequencies may be 0: it is within its error; or, where a frequency is not
-    a dominant line, it turns by less than 1 cycle and has ``|k| <= 4`` or is too small to be so by chance. IRREGULAR,
-    frequencies differ between the whole and the halves by 0.25 cycles over a half or more, and the dominant lines are
-    neither sharp nor nearly all of the motion.
-
-    Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
-    more where lines are dense (bench/test_frequency.py). Memory: samples of some orbits at a
-    time, 128 MiB, 512 MiB of orbits so long that few fill it, or one orbit, and 128 MiB or one orbit's for intermediate
-    arrays (bench/memory.py).
+    See the explanation page on frequencies.
 
     References
     ----------

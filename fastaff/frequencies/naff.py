@@ -11,6 +11,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import an_array, checked_callback, positive, whole
 from ..engine.threads import checked_threads, together, works
@@ -32,12 +33,26 @@ SAFE_EXPONENT = 300  # signals beyond 2^+-300 are scaled by a power of two, so t
 
 @dataclass(frozen=True)
 class FrequencyLines(Result, axis="signal"):
-    """Hold the lines sum_k amplitude_k exp(2 pi i nu_k t) of each signal, the largest first.
+    r"""Spectral lines of each signal, the strongest first.
 
-    A signal with fewer lines than asked for has amplitude 0, nu 0 and error inf in the missing places. Signals come
-    first, as they do in the array that is analysed: a signal's samples are neighbours in memory, as the FFT takes them.
+    Attributes
+    ----------
+    nu : ndarray, shape (..., lines)
+        Frequencies in cycles per unit time; 0 for a missing line.
+    amplitude : ndarray of complex, shape (..., lines)
+        Amplitudes in units of the signal; 0 for a missing line.
+    error : ndarray, shape (..., lines)
+        Error estimates of `nu`; inf for a missing line.
+    residual : ndarray, shape (...)
+        Root mean square of the signal without its lines.
 
-    :Source: Laskar (1990), Icarus 88, 266.
+    Notes
+    -----
+    A signal is :math:`\sum_k a_k e^{2\pi i \nu_k t}`. Signals are the leading axes, as in the array that was analysed.
+
+    References
+    ----------
+    Laskar (1990) Icarus 88, 266.
     """
 
     nu: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]
@@ -51,11 +66,12 @@ class FrequencyLines(Result, axis="signal"):
 
     @property
     def omega(self) -> np.ndarray:
-        """Return the angular frequencies 2 pi nu, (..., lines)."""
+        """Angular frequencies 2 pi nu in radians per unit time, shape (..., lines)."""
         return 2 * np.pi * self.nu
 
 
 @says_progress
+@inserts_parameters
 def naff(
     signal: ArrayLike,
     dt: float,
@@ -65,50 +81,46 @@ def naff(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> FrequencyLines:
-    """Find the strongest `lines` spectral lines of each signal and fit them together.
+    r"""Compute the strongest spectral lines of each signal in a joint fit.
 
     Parameters
     ----------
-    signal : array (..., samples), complex or real
-        Sampled every `dt`. A real signal has its lines in pairs +-nu.
-    dt : float > 0, time
-        Interval between samples.
-    lines : int >= 1
-        Number of lines per signal, with samples >= 4*(lines + window_order).
-    window_order : int, 0 (none) to 12, default 2
-        p of the window (1 + cos)^p. Higher orders suppress far lines that are not fitted (their pull falls like
-        distance^-(2p+1)), widen a line to p + 1 bins and pass more noise.
-    threads, callback : as in `integrate`
+    signal : array_like, shape (..., samples)
+        Complex or real samples at equal intervals. A real signal has its lines in pairs of opposite frequencies.
+    dt : float
+        Positive interval between samples, in units of time.
+    lines : int
+        Positive number of lines of each signal. It needs ``4*(lines + window_order)`` samples or more.
+    window_order : int, default 2
+        Order p of the window :math:`(1 + \cos)^p`, from 0 (no window) to 12. Higher orders suppress distant lines that
+        are not fitted, but widen each line to p + 1 bins and pass more noise.
+    {threads}
+    {callback}
 
     Returns
     -------
     `FrequencyLines`
-        nu, amplitude, error (..., lines) and residual (...).
+        Frequencies, amplitudes and error estimates of the lines, and the residual of each signal.
 
     Raises
     ------
-    TypeError, ValueError
-        The message names the argument, its value and the values allowed.
+    ValueError
+        If a value or shape is out of its range, or a sample is not finite.
+    TypeError
+        If an argument is of a wrong kind.
     Interrupted
-        On Ctrl-C, with `.partial`, where signals left out have no lines and the residual NaN.
+        On Ctrl-C, with the result so far in ``.partial``. Signals left out have no lines and the residual NaN.
 
     Notes
     -----
-    The lines are a stationary point of ``sum_n chi_p(t_n) |f(t_n) - sum_k a_k exp(2 pi i nu_k t_n)|^2``, a_k and nu_k
-    free. Each nu_k maximises ``|<f - other lines, exp(2 pi i nu t)>|`` as in Laskar's NAFF, but no error of removing
-    one line stays in the next. Peaks of the windowed FFT start the fit. Window transforms are closed, so the window is
-    sampled as ``prod_{i<p} (cos(2 pi t/T) + cos((2i+1) pi/N))``, which is (1 + cos)^p up to O(N^-2).
-
-    Accuracy: if the signal is a sum of at most `lines` lines 1 bin (1/T, T = samples*dt) or more apart, nu is exact to
-    rounding. Lines not fitted, D bins away and b/a as large, move nu by about (p!)^2 (b/a) D^-(2p+1)/T, that is
-    T^-(2p+2); lines closer than about one bin count as one. `error` adds, in squares, the residual spectrum weighted by
-    this bound and three times the standard deviation from the noise level around the line, times the coupling to the
-    other lines; it cannot include a line hidden within one bin. Lines below ``2 eps |nu| T`` of the largest are the
-    rounding of the signal's own phase and count as missing. The result of a signal has the same bits in any batch and
-    for any number of threads.
-
-    Cost: one FFT, and one pass of about 20 lines flops per sample and iteration (one or two for separate lines). Memory
-    beyond the signal and the results: about 5 MiB per thread, or 6 signals.
+    - Method: a stationary point of :math:`\sum_n \chi_p(t_n) |f(t_n) - \sum_k a_k e^{2\pi i \nu_k t_n}|^2` for free
+      :math:`a_k, \nu_k`, started from peaks of the windowed transform.
+    - Accuracy: exact to round-off if the signal has at most `lines` lines, 1/T apart or more. An unfitted line D bins
+      away and b/a as large shifts :math:`\nu` by :math:`(p!)^2 (b/a) D^{-(2p+1)}/T`.
+    - Limits: lines closer than one bin count as one, and `error` cannot include this. Lines below
+      :math:`2\epsilon|\nu|T` of the largest are round-off and count as missing.
+    - Cost: one FFT, and 20 flops a line and sample for each of one or two iterations. Memory: 5 MiB a thread, or 6
+      signals.
 
     References
     ----------

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import checked_callback, whole
 from ..core.status import Status
@@ -58,6 +59,7 @@ that of a line with three and a half samples a period.
 
 @coerces_arguments(signals=named_signals)
 @says_progress
+@inserts_parameters
 def orbit_frequencies(
     samples: Given,
     dt: float | None = None,
@@ -70,57 +72,68 @@ def orbit_frequencies(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> FrequencyMap:
-    """Find the fundamental frequencies of orbits known as samples in time: of another program, or of `integrate`.
+    """Compute the fundamental frequencies of orbits that are given as samples in time.
 
     Parameters
     ----------
-    samples : array (2n, orbits, samples) or (2n, samples)
-        Rows q1, ..., qn, p1, ..., pn, NaN after an orbit's end. Also: `Orbits` with samples, or their ``samples`` as
-        they are; an array of xarray, with dimensions in any order; a data set of a file of HDF5 or Zarr, read some
-        orbits at a time; with coordinates, arrays (orbits, samples) by name (a mapping, a Dataset, a group of a file)
-        or a table of pandas, polars or Astropy with a row for each sample; an `Orbit` of gala or galpy, a
-        Simulationarchive of REBOUND. Quantities become numbers in kpc, Myr, solar masses and radians.
-    dt : float > 0, time, optional
-        Interval between samples.
-    times : array (samples,), time, optional
-        Instead of dt, equidistant to a millionth (default: those of Orbits or of a labelled array).
-    coordinates : sequence of str, optional
+    samples : array_like, shape (2n, orbits, samples) or (2n, samples)
+        Rows q1, ..., qn, p1, ..., pn, with 64 samples or more, NaN after the end of an orbit. Also accepted:
+
+        - `Orbits` with samples, or their ``samples`` as they are;
+        - an array of xarray, with dimensions in any order;
+        - a data set of an HDF5 or Zarr file, read in parts;
+        - with `coordinates`, arrays of shape (orbits, samples) by name (a mapping, a Dataset, a group of a file), or a
+          table of pandas, polars or Astropy with a row for each sample;
+        - an Orbit of gala or galpy, or a Simulationarchive of REBOUND.
+
+        Quantities become numbers in kpc, Myr, solar masses and radians.
+    dt : float, optional
+        Positive interval between samples, in units of time.
+    times : array_like, shape (samples,), optional
+        Times of the samples instead of `dt`, equidistant to one part in a million. Default: those of the container.
+    coordinates : str or sequence of str, optional
         Names of the 2n rows.
     model : model, optional
         Model whose natural angles are used.
-    signals : as in `frequency_map`, or "R z phi", "R phi"
-        Cylindrical or polar, for rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and
-        its momentum, or velocity.
-    lines, threads, callback : as in `frequency_map`
+    signals : Angles or str, optional
+        Angles whose frequencies are computed: an object of `fastaff.models.angles`, or ``"R z phi"`` (cylindrical) or
+        ``"R phi"`` (polar) for rows x, y (, z) and velocities. Default: the plane of each coordinate and its momentum
+        or velocity.
+    {lines}
+    {threads}
+    {callback}
 
     Returns
     -------
     `FrequencyMap`
-        Its time is that of the samples.
+        Frequencies in cycles per unit time, with error estimates, diffusion and classification of each orbit.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong; the message names orbit and sample.
+    ValueError
+        If a value is out of its range; the message names orbit and sample.
+    TypeError
+        If an argument is of a wrong kind.
     Interrupted
-        On Ctrl-C, with the result so far in `.partial`.
+        On Ctrl-C, with the orbits finished so far in ``.partial``.
 
     Notes
     -----
-    Frequencies, errors, diffusion and classes are those of `frequency_map`, the same numbers to the bit for the same
-    samples in any container. There is no run with half the step: errors include window, rounding and white noise, such
-    as that of samples in single precision, by the level between lines (three standard deviations), not the scheme that
-    made the samples. Samples must resolve the motion, with four or more in a period of its fastest line: orbits
-    with fewer are NOT_CONVERGED. Data from turn to turn are for `tunes`. An orbit that ended has the status NONFINITE,
-    or LOST where its samples stay at one point, and the frequencies of its life, cut to one of eight lengths in a
-    factor of 2.
+    - Method: that of `frequency_map`, with equal results for the same samples in any container.
+    - Errors include the window, round-off and white noise (three standard deviations). They do not include the error of
+      the program that made the samples.
+    - Resolution: orbits with fewer than four samples in a period of their fastest line get the status NOT_CONVERGED.
+      Use `tunes` for data once per turn.
+    - Ended orbits: NONFINITE, or LOST if the samples stay at one point. Frequencies are those before the end, over one
+      of eight lengths in a factor of 2.
+    - Cost: one Fourier transform of each signal. Memory: 384 MiB beyond the samples, or three times one orbit.
 
-    Cost: that of `frequency_map` without the runs. Memory: 128 MiB of samples or one orbit at a time, and twice as much
-    for intermediate arrays.
+    See the explanation page on frequencies.
 
     References
     ----------
-    As in `frequency_map`.
+    Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Wall & Neuhauser 1995, J. Chem. Phys. 102, 8011, and
+    Mandelshtam & Taylor 1997, J. Chem. Phys. 107, 6756 (harmonic inversion).
 
     Examples
     --------

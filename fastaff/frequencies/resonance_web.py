@@ -27,12 +27,25 @@ BIN = 0.1
 
 @dataclass(frozen=True)
 class ResonanceLine(Result, axis=None):
-    """One resonance k . nu = 0 of a web.
+    """Resonance k . nu = 0 in a plane of initial conditions or of frequency ratios.
 
-    vector: k; order: ``|k|_1``; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
-    points whose frequencies satisfy it within the width, an island of the resonance or all of a degenerate region (None
-    in a plane of ratios); names: of the frequencies, "turn" that of a map's turn, 1; axes: of the grid; coordinates:
-    their names, where an EnergyGrid gave them.
+    Attributes
+    ----------
+    vector : tuple of int
+        Integer vector k.
+    order : int
+        Order :math:`|k|_1`.
+    lines : tuple of ndarray, shape (points, 2)
+        Polylines in the coordinates of the axes.
+    locked : ndarray of bool, shape (n1, n2), or None
+        Grid points whose frequencies satisfy the resonance within its width: an island, or all of a degenerate region.
+        None in a plane of ratios.
+    names : tuple of str
+        Names of the frequencies; "turn" is the frequency 1 of a map.
+    axes : tuple of ndarray
+        Axes of the grid.
+    coordinates : tuple of str
+        Names of the axes, if an `EnergyGrid` was given.
     """
 
     vector: tuple[int, ...]
@@ -45,11 +58,17 @@ class ResonanceLine(Result, axis=None):
 
     @property
     def length(self) -> float:
-        """Total length of the lines."""
+        """Total length of the lines, in the coordinates of the axes."""
         return float(sum(np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1)).sum() for line in self.lines))
 
     def summary(self) -> str:
-        """Return one line with the resonance, its length, and the share of the grid that is locked in it."""
+        """Return one line with the resonance, its length, and the fraction of the grid that is locked in it.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         names = self.names or [f"{k + 1}" for k in range(len(self.vector))]
         said = f"{equation(self.vector, names)}, order {self.order}, length {self.length:.3g}"
         if self.locked is None:
@@ -69,48 +88,54 @@ def resonance_web(
     jump: float | None = None,
     shortest: int = 4,
 ) -> list[ResonanceLine]:
-    """Find the lines k . nu = 0 over a grid of initial conditions.
+    r"""Find the lines k . nu = 0 over a grid of initial conditions.
 
     Parameters
     ----------
-    nu : array (n, n1, n2) or result
-        Frequencies, n = 2 to 4, NaN where there is no orbit or it is not regular. A FrequencyMap of the orbits of a
-        grid, given as `axes`, stands for the coordinates' own lines of the orbits that are not seen to be chaotic, with
-        their errors; where the own lines of most of them are dependent, such as those of loops around a centre, which
-        ``signals="R z phi"`` tells apart, for its `nu` of the largest family of one `basis` alone. Tunes, and a
-        FrequencyMap of a map, stand for theirs and that of the turn, 1, as the last: the lines of 3 nu_x = 1, too.
-    axes : arrays (n1,) and (n2,), or EnergyGrid, optional
-        Coordinates of the grid (default: its indices).
+    nu : array_like, shape (n, n1, n2), or result
+        Frequencies of n = 2 to 4 angles, NaN if there is no regular orbit. Also accepted, with their errors:
+
+        - a `FrequencyMap` of the orbits of the grid `axes`: the dominant lines of all orbits that are not chaotic. If
+          most of these are dependent, as for loops around a centre, its ``nu`` of the largest family with one
+          ``basis``;
+        - `Tunes`, or a `FrequencyMap` of a map: the frequency 1 of the turn is appended.
+    axes : sequence of two array_like, shape (n1,) and (n2,), or EnergyGrid, optional
+        Coordinates of the grid. Default: its indices.
     max_order : int, default 8
-        Largest order of the primitive k searched.
-    resonances : array (m, n) of int, optional
+        Largest order of the primitive vectors searched, up to 50.
+    resonances : array_like of int, shape (m, n), optional
         Vectors to search instead.
-    tolerance, errors : as in `resonances`
-        Width of a resonance; default 1e-6, and 0.
+    tolerance : float, default 1e-6
+        Relative width of a resonance, not negative.
+    errors : array_like, shape of `nu`, default 0
+        Absolute errors of the frequencies.
     jump : float, optional
-        Cells in which a frequency differs by more than ``jump max|nu|`` between neighbours are left out (default:
-        none, of own lines 0.03, of tunes 0.5: they are known modulo 1).
+        Cells in which a frequency differs by more than ``jump max|nu|`` between neighbours are left out. Default: none
+        for arrays, 0.03 for dominant lines, 0.5 for tunes.
     shortest : int, default 4
-        Lines of fewer points, made by noise at the edge of an island, and those around a single cell are dropped, as
-        are resonances without a line that fewer grid points are locked in.
+        Lines of fewer points, which noise makes at the boundary of an island, and lines around a single cell are
+        dropped. The same holds for resonances without a line that fewer grid points are locked in.
 
     Returns
     -------
     list of `ResonanceLine`
-        The lines that occur, by order.
+        Resonances that occur, by order.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong.
+    ValueError
+        If a shape is wrong or a value is out of its range.
+    TypeError
+        If an argument is of a wrong kind.
 
     Notes
     -----
-    Lines are contours of the piecewise linear interpolant of k . nu, off by O(cell^2) from those of a smooth map. Cells
-    where k . nu = 0 within the width at all corners are an area, not a line: contours end at it, and `locked` shows it.
-    Where all of the map satisfies some resonances (a degenerate body), vectors that differ by these give the same
-    lines: only the first is kept. Cost: one pass over the grid for each vector, and a contour for each that changes
-    sign.
+    - Method: contours of the piecewise linear interpolant of :math:`k \cdot \nu`. Cells in which all corners are within
+      the width are an area, shown by ``locked``, and contours end at it.
+    - Accuracy: lines differ from those of a smooth map by the order of the squared cell size.
+    - Degenerate models: if the whole map satisfies some resonances, vectors that differ by these give equal lines. Only
+      the first is kept.
+    - Cost: one pass over the grid for each vector, and a contour for each one that changes sign.
 
     References
     ----------
@@ -119,7 +144,7 @@ def resonance_web(
 
     Examples
     --------
-    Over a grid of starts at one energy, drawn over the diffusion by ``found.plot(grid, web=web)``:
+    Over a grid of initial conditions at one energy, drawn over the diffusion by ``found.plot(grid, web=web)``:
 
     >>> galaxy = fa.hamiltonian("log(0.01 + x**2 + y**2/0.81 + z**2/0.49)/2", coordinates="x y z")
     >>> starts = {"theta": np.linspace(0.1, 1.4, 4), "phi": np.linspace(0.1, 1.4, 4)}
@@ -218,13 +243,37 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, float | 
 def ratio_web(
     *, x: tuple[float, float], y: tuple[float, float], max_order: int = 8, resonances: Any = None
 ) -> list[ResonanceLine]:
-    """Find the lines k1 X + k2 Y + k3 = 0 in the plane of the frequency ratios X = nu1/nu3, Y = nu2/nu3.
+    """Find the resonance lines in the plane of two frequency ratios, X = nu1/nu3 and Y = nu2/nu3.
 
-    :Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) searched, or
-        resonances: vectors (m, 3) to search instead.
-    :Returns: the ResonanceLines that cross the ranges, by order, each one segment (2, 2); `locked` is None.
-    :Raises: ValueError or TypeError for wrong input. Exact to rounding.
-    :Source: Laskar 1993, Physica D 67, 257.
+    Parameters
+    ----------
+    x, y : tuple of float
+        Ranges (low, high) of the two ratios.
+    max_order : int, default 8
+        Largest order of the primitive vectors (k1, k2, k3) searched, up to 50.
+    resonances : array_like of int, shape (m, 3), optional
+        Vectors to search instead.
+
+    Returns
+    -------
+    list of `ResonanceLine`
+        Resonances k1 X + k2 Y + k3 = 0 that cross the ranges, by order. Each has one segment of shape (2, 2), and
+        ``locked`` is None.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of its range.
+    TypeError
+        If an argument is of a wrong kind.
+
+    Notes
+    -----
+    - Accuracy: exact to round-off.
+
+    References
+    ----------
+    Laskar 1993, Physica D 67, 257.
 
     Examples
     --------

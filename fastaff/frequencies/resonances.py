@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import MOST, an_array, checked_callback, fits, numbers, positive, real, shown, texts, whole
 from ..core.status import Status, describe
@@ -31,18 +32,38 @@ MAX_ORDER = 50
 
 @dataclass(frozen=True)
 class Resonances(Result):
-    """The resonance module of each orbit: the lattice of integer vectors k with k . nu = 0 within its width.
+    r"""Resonance module of each orbit: the lattice of integer vectors k with k . nu = 0 within its width.
 
-    Arrays over orbits have the shape of one row of nu. rank, the number of independent relations; basis (n, n, ...),
-    its vectors in the first `rank` rows, the shortest first and zero past them: every relation found is an integer
-    combination of them, and so is every integer vector of their span (the lattice is primitive); order, ``|k|_1`` of
-    the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and its largest
-    allowed value, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
-    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite), NOT_CONVERGED (its error is,
-    or errors are so wide that relations within them contradict one another), and that of the result for orbits that
-    are not OK; these have rank 0. names: one for each frequency.
+    Arrays over orbits have the shape of one row of the frequencies.
 
-    :Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
+    Attributes
+    ----------
+    names : tuple of str, length n
+        Names of the frequencies.
+    max_order : int
+        Largest order of the vectors searched.
+    tolerance : float
+        Relative width of a resonance.
+    rank : ndarray of int, shape (...)
+        Number of independent resonances.
+    basis : ndarray of int, shape (n, n, ...)
+        Basis vectors in the first `rank` rows, the shortest first, then 0. Every integer vector of their span is an
+        integer combination of them.
+    order : ndarray of int, shape (...)
+        Order :math:`|k|_1` of the shortest vector; 0 if there is none.
+    distance : ndarray, shape (n, ...)
+        :math:`|k \cdot \nu|` of each basis vector, in the units of the frequencies; NaN after the rank.
+    width : ndarray, shape (n, ...)
+        Largest value allowed for `distance`; NaN after the rank.
+    accidental : ndarray, shape (...)
+        Expected number of resonances of a random frequency vector.
+    status : ndarray of int, shape (...)
+        `Status` of each orbit: NONFINITE if a frequency is not finite; NOT_CONVERGED if its error is not finite or the
+        errors are too wide; else that of the given result. Orbits that are not OK have rank 0.
+
+    References
+    ----------
+    Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """
 
     names: tuple[str, ...]
@@ -58,12 +79,16 @@ class Resonances(Result):
 
     @property
     def dimension(self) -> np.ndarray:
-        """Dimension n - rank of the torus that an orbit fills densely: 1 is a periodic orbit, 0 a point of rest."""
+        """Dimension n - rank of the torus that an orbit fills densely: 1 for a periodic orbit, 0 for rest."""
         return self.basis.shape[0] - self.rank
 
     def table(self) -> list[tuple[tuple[tuple[int, ...], ...], int]]:
-        """Return the modules of the OK orbits, each a tuple of basis vectors, with the number of orbits: frequent ones
-        first.
+        """Return the modules of the OK orbits with their numbers of orbits.
+
+        Returns
+        -------
+        list of tuple
+            Tuples (module, orbits), where a module is a tuple of basis vectors. Frequent modules are first.
         """
         n = self.basis.shape[0]
         rows = np.ascontiguousarray(
@@ -77,7 +102,18 @@ class Resonances(Result):
         return sorted(found, key=lambda entry: (-entry[1], entry[0]))
 
     def label(self, orbit: Any = ()) -> str:
-        """Say the module of one orbit (an index, or a tuple of them) in words, such as `nu_alpha - nu_beta = 0`."""
+        """Return the module of one orbit as text, such as ``nu_alpha - nu_beta = 0``.
+
+        Parameters
+        ----------
+        orbit : int or tuple of int, default ()
+            Index of the orbit.
+
+        Returns
+        -------
+        str
+            Equations of the basis vectors.
+        """
         where = orbit if isinstance(orbit, tuple) else (orbit,)
         if len(where) != self.status.ndim:
             raise ValueError(f"orbit must be an index of {self.status.ndim} numbers, got {shown(orbit)}")
@@ -101,7 +137,13 @@ class Resonances(Result):
         return "\n".join([super().__str__(), f"  orbits      share  resonance, to order {self.max_order}", *rows])
 
     def summary(self) -> str:
-        """Return one line with the number of orbits of each rank."""
+        """Return one line with the number of orbits of each rank.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         ranks, counts = np.unique(self.rank[self.status == Status.OK], return_counts=True)
         return describe(self.status, ", ".join(f"{c} of rank {rank}" for rank, c in zip(ranks, counts, strict=True)))
 
@@ -138,6 +180,7 @@ def vectors(n: int, max_order: int) -> np.ndarray:
 
 
 @says_progress
+@inserts_parameters
 def resonances(
     nu: ArrayLike | Result,
     *,
@@ -148,24 +191,25 @@ def resonances(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> Resonances:
-    """Find the integer relations between the frequencies of each orbit, and the lattice that they span.
+    r"""Find the integer relations between the frequencies of each orbit, and the lattice that they span.
 
     Parameters
     ----------
-    nu : array (n,) or (n, ...), or result
-        Frequencies of n = 2, 3 or 4 angles. A FrequencyMap or ActionAngles also gives names and errors, as do Tunes and
-        a FrequencyMap of a map of up to three planes; their last frequency is then that of the turn, 1. Figures of a
-        FrequencyMap show the own line of each coordinate, in which a loop in a galaxy has ``nu_x - nu_y = 0``: for
-        these give ``found.dominant, errors=found.dominant_error``.
-    max_order : int, 1 to 50, default 8
-        Largest order of the vectors searched.
-    tolerance : float >= 0, default 1e-9
-        Relative width of a relation.
-    errors : array of the shape of nu, default 0
-        Absolute, such as `.error`.
+    nu : array_like, shape (n, ...), or result
+        Frequencies of n = 2, 3 or 4 angles. A `FrequencyMap`, `ActionAngles` or `Tunes` provides names and errors too.
+        For tunes and a frequency map of a map of up to three planes, the frequency 1 of the turn is appended. For the
+        dominant lines of coordinates, in which a loop in a galaxy has ``nu_x - nu_y = 0``, give ``found.dominant`` with
+        ``errors=found.dominant_error``.
+    max_order : int, default 8
+        Largest order :math:`|k|_1` of the vectors searched, from 1 to 50.
+    tolerance : float, default 1e-9
+        Relative width of a resonance, not negative.
+    errors : array_like, shape of `nu`, default 0
+        Absolute errors of the frequencies, such as ``.error``.
     names : sequence of str, optional
         Names of the frequencies, for labels.
-    threads, callback : as in `integrate`
+    {threads}
+    {callback}
 
     Returns
     -------
@@ -174,27 +218,24 @@ def resonances(
 
     Raises
     ------
-    ValueError, TypeError, Interrupted
-        As in `integrate`.
+    ValueError
+        If a shape is wrong, a value is out of its range, or n is not 2, 3 or 4.
+    TypeError
+        If an argument is of a wrong kind.
+    Interrupted
+        On Ctrl-C, with the orbits finished so far in ``.partial``.
 
     Notes
     -----
-    A relation is a primitive k, its first nonzero entry positive, with ``|k|_1 = sum |k_i| <= max_order`` and
-
-        ``|k . nu| <= width(k) = tolerance |k|_1 max|nu| + sum |k_i| errors_i``.
-
-    Relations are visited by ``|k|_1``. One that is independent of those before joins the basis if the basis stays
-    primitive, else the shortest vector that completes it joins: Minkowski's reduction in the norm ``|k|_1``. Such a
-    vector is a relation too, within its own width, or one of those found is none: then the errors are too wide to tell
-    which, and the status is NOT_CONVERGED. Rank n means that every frequency is zero within the widths: of a map, with
-    its turn, there is none. The turn's entry of k counts in ``|k|_1``: 3 nu_x = 1 is of order 4. Accidental: a
-    vector nu of random direction meets ``|k . nu| <= width`` with the probability ``2 c_n width/(|k|_2 |nu|_2)``, c_n =
-    Gamma(n/2)/(sqrt(pi) Gamma((n - 1)/2)); the sum over all k searched is `accidental`. Where it is not far below 1,
-    lower max_order, the tolerance or the errors: for n = 4 and tolerance 1e-9 it is about 2e-6 at order 8 and 1e-5 at
-    order 12.
-
-    Cost: 15 flops for each orbit and vector, of which there are 1640 (n = 4, order 8) or 7512 (order 12). Memory: the
-    results and 64 bytes for each orbit, for any max_order. Any number of threads gives the same bits.
+    - Resonance: a primitive k with :math:`|k|_1 \le \mathrm{max\_order}` and :math:`|k \cdot \nu| \le
+      \mathrm{tolerance}\,|k|_1 \max|\nu| + \sum_i |k_i|\,\mathrm{error}_i`. The entry for the turn counts: 3 nu_x = 1
+      has order 4.
+    - Basis: Minkowski's reduction in the norm :math:`|k|_1`. If it needs a vector that is no resonance, the errors are
+      too wide and the status is NOT_CONVERGED.
+    - Accidental: :math:`\sum_k 2 c_n\,\mathrm{width}(k)/(|k|_2 |\nu|_2)`, :math:`c_n =
+      \Gamma(n/2)/(\sqrt{\pi}\,\Gamma((n - 1)/2))`. If it is not far below 1, reduce `max_order`, `tolerance` or the
+      errors. For n = 4 it is 2e-6 by default, 1e-5 at order 12.
+    - Cost: 15 flops an orbit and vector; n = 4 has 1640 vectors. Memory: 64 bytes an orbit beyond the results.
 
     References
     ----------
@@ -340,10 +381,24 @@ def _accidental(nu: np.ndarray, spread: np.ndarray, n: int, max_order: int) -> n
 
 @dataclass(frozen=True)
 class DiffusionHistogram(Result, axis=None):
-    """Counts of log10 diffusion: edges (bins + 1,), counts (bins,), and the fraction of orbits above a threshold.
+    r"""Counts of log10 diffusion, and the fraction of orbits above a threshold.
 
-    error: the standard deviation sqrt(f (1 - f)/orbits) of the fraction f as a sample of a larger set; orbits: number
-    of those counted; missing: number of the others (not finite, or a status other than OK).
+    Attributes
+    ----------
+    edges : ndarray, shape (bins + 1,)
+        Edges of the bins.
+    counts : ndarray of int, shape (bins,)
+        Number of orbits in each bin.
+    threshold : float
+        Threshold of the fraction.
+    fraction : float
+        Fraction of the orbits above the threshold; 0 without orbits.
+    error : float
+        Standard deviation :math:`\sqrt{f (1 - f)/N}` of the fraction f of N orbits, as a sample of a larger set.
+    orbits : int
+        Number of orbits that are counted.
+    missing : int
+        Number of the other orbits: not finite, or not OK.
     """
 
     edges: Annotated[np.ndarray, along("edge", unit="log10(cycles/time)")]
@@ -360,13 +415,36 @@ def diffusion_histogram(
 ) -> DiffusionHistogram:
     """Count orbits by their diffusion, and those that diffuse faster than a threshold.
 
-    :Parameters: diffusion: array of log10 ``|change of frequency|``, such as `FrequencyMap.diffusion`; threshold: in
-        the same logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be
-        compared; status: of the shape of diffusion, orbits that are not OK are left out.
-    :Returns: DiffusionHistogram; with no orbit its fraction is 0.
-    :Raises: ValueError or TypeError for wrong input.
-    :Cost: one pass.
-    :Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
+    Parameters
+    ----------
+    diffusion : array_like
+        Logarithms log10 of the change of frequencies, such as ``diffusion`` of a `FrequencyMap`.
+    threshold : float, default -6
+        Threshold of the fraction, in the same logarithm.
+    bin_width : float, default 0.25
+        Positive width of the bins. Their edges are whole multiples of it, so that histograms can be compared.
+    status : array_like of int, shape of `diffusion`, optional
+        `Status` of each orbit; orbits that are not OK are left out.
+
+    Returns
+    -------
+    DiffusionHistogram
+        Edges and counts of the bins, and the fraction above the threshold.
+
+    Raises
+    ------
+    ValueError
+        If a value or shape is wrong.
+    TypeError
+        If an argument is of a wrong kind.
+
+    Notes
+    -----
+    - Cost: one pass.
+
+    References
+    ----------
+    Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
 
     Examples
     --------

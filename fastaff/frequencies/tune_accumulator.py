@@ -9,6 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.status import Status
 from ..engine.threads import checked_threads
 from ..results.result import Result, along
@@ -38,17 +39,44 @@ def window_of(step: int) -> TurningWindow:
 
 @dataclass(frozen=True)
 class TuneSums(Result):
-    """The whole state of a `TuneAccumulator`: `fastaff.save` keeps it, and `TuneAccumulator.of` goes on from it.
+    """State of a `TuneAccumulator`, which `save` writes to a file and ``TuneAccumulator.of`` resumes from.
 
-    names (2n,): of the rows; samples: number of those pushed; last (2n, orbits): the last one; planes (n, 8, orbits):
-    centre, shape and reference turn of each plane's loop, the columns of `fastaff.frequencies.kernels.tunes`; sums
-    (n, 6, orbits) of angles and moments (n, 9, orbits) of the window that is being filled, weights (7,): the sums of
-    their weights; turns (orbits,): samples before the first that is not finite; ended (orbits,); still (2, orbits):
-    number of samples in a row that equal the one before, at the end and at most until then; nu, error (n, orbits),
-    halves (2, n, orbits): those of the last window that the orbit completed, window (orbits,) its length, 0 for
-    none. The orbits of several can be joined (`concat`) where they have as many samples.
+    Attributes
+    ----------
+    names : tuple of str, length 2n
+        Names of the rows.
+    samples : int
+        Number of turns that were pushed.
+    last : ndarray, shape (2n, orbits)
+        Last sample.
+    planes : ndarray, shape (n, 8, orbits)
+        Centre, shape and reference turn of the loop of each plane.
+    sums : ndarray, shape (n, 6, orbits)
+        Weighted sums of angles over the current window, in radians.
+    moments : ndarray, shape (n, 9, orbits)
+        Weighted moments over the current window.
+    weights : ndarray, shape (7,)
+        Sums of the weights of the current window.
+    turns : ndarray of int, shape (orbits,)
+        Samples before the first one that is not finite.
+    ended : ndarray of bool, shape (orbits,)
+        Whether an orbit has ended.
+    still : ndarray of int, shape (2, orbits)
+        Number of consecutive equal samples, at the end and at most.
+    nu, error : ndarray, shape (n, orbits)
+        Tunes and error estimates per turn, over the last window that the orbit completed.
+    halves : ndarray, shape (2, n, orbits)
+        Tunes of both halves of that window.
+    window : ndarray of int, shape (orbits,)
+        Length of that window in turns, 0 if there is none.
 
-    :Source: as `tunes`.
+    Notes
+    -----
+    States with equal numbers of samples can be joined along their orbits with ``concat``.
+
+    References
+    ----------
+    Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages).
     """
 
     names: tuple[str, ...]
@@ -67,36 +95,41 @@ class TuneSums(Result):
     window: Annotated[np.ndarray, along("orbit", unit="turns")]
 
 
+@inserts_parameters
 class TuneAccumulator:
-    """Tunes with errors and diffusion of orbits that are pushed a few turns at a time.
+    """Tunes with error estimates and diffusion of orbits that are pushed a few turns at a time.
 
-    `push` takes the next turns, `tunes()` returns the present result, `state` is a result that can be saved, and the
-    accumulator itself can be pickled.
+    `push` adds the next turns and ``tunes()`` returns the result so far. ``state`` can be saved, and the accumulator
+    itself can be pickled.
 
     Parameters
     ----------
-    coordinates : sequence of str, optional
-        Names of the 2n rows (default q1, ..., p1, ...).
-    threads : as in `integrate`
+    coordinates : str or sequence of str, optional
+        Names of the 2n rows. Default: q1, ..., p1, ...
+    {threads}
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong.
+    ValueError
+        If a name or the number of threads is out of its range.
+    TypeError
+        If an argument is of a wrong kind.
 
     Notes
     -----
-    The steps from turn to turn fill windows [2^k, 2^(k + 1)), so their number need not be known. Each window is
-    averaged as `tunes` does, with the same weights and errors, about centre and ellipse of its predecessor. `tunes()`
-    are those of the last complete window, a quarter to a half of all turns. Where the loop of a plane passes through
-    its centre, as one of coupled planes may, the error shows that there is no tune; lines, which need the samples, are
-    not fitted: `tunes` of some of the samples does that. So two planes that show one line are UNDECIDED. The values are
-    those of one push of all turns, to rounding, for any chunks; the bits of an orbit do not depend on its company.
-    Cost: as `tunes`, once. Memory: 8 (12 + 26 n) bytes an orbit, for any number of turns.
+    - Method: windows of :math:`[2^k, 2^{k + 1})` turns, each averaged as in `tunes` about the centre and ellipse of the
+      previous one. The number of turns need not be known.
+    - Result: the tunes of the last complete window, a quarter to a half of all turns. They depend on the chunks by
+      round-off only.
+    - Limits: spectral lines need the samples and are not computed. If a loop passes through its centre, as for coupled
+      planes, the error shows that there is no tune; orbits whose planes show one line are UNDECIDED. Use `tunes`
+      instead.
+    - Cost: 2 ns a plane and turn. Memory: :math:`8(12 + 26n)` bytes an orbit, for any number of turns.
 
     References
     ----------
-    As in `tunes`.
+    Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); Laskar 1990, Icarus 88, 266 (diffusion);
+    Courant & Snyder 1958, Ann. Phys. 3, 1 (ellipses).
 
     Examples
     --------
@@ -115,10 +148,25 @@ class TuneAccumulator:
         self._known: _AccumulatedResults | None = None
 
     @classmethod
+    @inserts_parameters
     def of(cls, state: TuneSums, *, threads: int | None = None) -> TuneAccumulator:
-        """Return an accumulator that goes on from a `state`.
+        """Return an accumulator that resumes from a state.
 
-        :Raises: TypeError for other values.
+        Parameters
+        ----------
+        state : TuneSums
+            State of another accumulator.
+        {threads}
+
+        Returns
+        -------
+        `TuneAccumulator`
+            New accumulator.
+
+        Raises
+        ------
+        TypeError
+            If `state` is of another kind.
         """
         if not isinstance(state, TuneSums):
             raise TypeError(f"state must be a TuneSums, got {type(state).__name__}")
@@ -128,24 +176,39 @@ class TuneAccumulator:
 
     @property
     def samples(self) -> int:
-        """The number of turns that have been pushed."""
+        """Number of turns that have been pushed."""
         return 0 if self._known is None else self._known.samples
 
     @property
     def state(self) -> TuneSums:
-        """A copy of the state.
+        """Copy of the state, a `TuneSums`.
 
-        :Raises: ValueError before the first push.
+        Raises
+        ------
+        ValueError
+            If nothing has been pushed.
         """
         return self._pushed().state()
 
     def push(self, samples: Given) -> None:
-        """Take the next turns of all orbits.
+        """Add the next turns of all orbits.
 
-        :Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes
-            them: NaN, or one point, from where an orbit has ended, and from then on.
-        :Raises: ValueError or TypeError naming orbit and sample, counted from the first push on, for a wrong value, and
-            for another number of orbits; then, as on Ctrl-C, nothing has been taken.
+        Parameters
+        ----------
+        samples : array_like, shape (2n, orbits, turns) or (2n, turns)
+            Any number of turns, in the forms that `tunes` accepts. Samples are NaN or one point from the end of an
+            orbit on.
+
+        Raises
+        ------
+        ValueError
+            If a sample is wrong, or the number of orbits has changed. The message counts samples from the first push.
+        TypeError
+            If `samples` is of a wrong kind.
+
+        Notes
+        -----
+        If an error is raised, or on Ctrl-C, no turn has been added.
         """
         names = self._coordinates if self._known is None else self._known.names
         given = given_orbits(samples, coordinates=names, least=int(self._known is None))
@@ -167,7 +230,15 @@ class TuneAccumulator:
     def tunes(self) -> Tunes:
         """Return the tunes of all orbits so far.
 
-        :Raises: ValueError before the first push.
+        Returns
+        -------
+        `Tunes`
+            Tunes over the last complete window.
+
+        Raises
+        ------
+        ValueError
+            If nothing has been pushed.
         """
         known = self._pushed()
         means = without_standing(Means(known.nu, known.error, known.halves), known.window)

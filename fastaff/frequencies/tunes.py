@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from ..core.classification import Classification, is_regular
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import checked_callback, whole
 from ..core.status import Status, describe
@@ -110,19 +111,38 @@ OPEN = 0.02
 class Tunes(Result):
     """Tunes of orbits: mean turns from one sample to the next in each plane (q, p), modulo 1.
 
-    names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
-    takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
-    NaN where there is none;
-    error (n, orbits), inf there; method (n, orbits): 0 a mean turn, 1 an inverted line; diffusion (orbits,) =
-    log10 of the largest ``|change|`` from the first half of the window to the second, NaN where there is no tune; turns
-    (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
-    that nu is the mean of; classification (orbits,) of `Classification`: IRREGULAR, the tunes change from half to half
-    by 0.3 cycles or more, beside a resonance of order k by 3/k; RESONANT, a plane is at rest, or two tunes are related
-    by small integers: locked, or lines of one motion; UNDECIDED, too short to tell, no tune, or two lines closer than
-    1.5/window, of two tunes or of a tune and a combination that shows, whose errors are then 1/window or more; else
-    REGULAR; status
-    (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or, where its samples stay
-    at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where they were asked for.
+    Attributes
+    ----------
+    names : tuple of str, length n
+        Names of the coordinates, one for each row of `nu`.
+    nu : ndarray, shape (n, orbits)
+        Tunes in [0, 1), of q - i p: 0.2 is a fifth of a turn that takes (1, 0) towards p < 0, as motion in time does.
+        0.8 is a fifth of a turn the other way. NaN if there is no tune.
+    error : ndarray, shape (n, orbits)
+        Error estimates of `nu`, per turn; inf if there is no tune.
+    method : ndarray of int, shape (n, orbits)
+        0 for a weighted mean turn, 1 for a spectral line.
+    diffusion : ndarray, shape (orbits,)
+        log10 of the largest ``|change|`` of a tune from the first half of the window to the second; NaN without a tune.
+    turns : ndarray of int, shape (orbits,)
+        Samples before the end of an orbit; all of them for an orbit that survived.
+    window : ndarray of int, shape (orbits,)
+        Number of steps over which `nu` is the mean.
+    classification : ndarray of int, shape (orbits,)
+        `Classification` of each orbit: REGULAR, RESONANT, IRREGULAR or UNDECIDED.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each orbit: OK; NONFINITE, or LOST if the samples stay at one point. Numbers of orbits that ended
+        are those before the end.
+    lines : AngleLines or None
+        Strongest spectral lines of each plane, if they were requested: per turn, modulo 1, in [-1/2, 1/2).
+
+    Notes
+    -----
+    - RESONANT: a plane is at rest, or two tunes are related by small integers.
+    - IRREGULAR: the tunes change between the halves by 0.3 cycles or more, beside a resonance of order k by 3/k.
+    - UNDECIDED: too few turns, no tune, or two lines closer than 1.5/window, of two tunes or of a tune and a visible
+      combination. Their errors are then 1/window or more.
+    - REGULAR: all other orbits.
     """
 
     names: tuple[str, ...]
@@ -138,11 +158,17 @@ class Tunes(Result):
 
     @property
     def signed(self) -> np.ndarray:
-        """Tunes (n, orbits) in (-1/2, 1/2]."""
+        """Tunes in (-1/2, 1/2], shape (n, orbits)."""
         return self.nu - (self.nu > 0.5)
 
     def summary(self) -> str:
-        """Return one line with the outcomes of the orbits, and the classes of those that are OK."""
+        """Return one line with the outcomes of the orbits, and the classes of those that are OK.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         fine = self.status == Status.OK
         some = np.isfinite(self.error).any(axis=0)
         counts = {entry.name.lower(): fine & some & (self.classification == entry) for entry in Classification}
@@ -151,21 +177,24 @@ class Tunes(Result):
 
     @property
     def digits(self) -> np.ndarray:
-        """Digits (orbits,) to which the weighted averages of both halves of the window agree, in turns; NaN: none.
+        """Digits to which weighted averages over both halves of the window agree, in turns, shape (orbits,).
 
-        Chaotic orbits have about log10(window)/2, regular ones up to all 16.
+        NaN without a tune. Chaotic orbits have about log10(window)/2, regular ones up to 16.
 
-        :Source: Sander & Meiss 2020, Physica D 411, 132569.
+        References
+        ----------
+        Sander & Meiss 2020, Physica D 411, 132569.
         """
         return np.where(np.isfinite(self.error).any(axis=0), -self.diffusion, np.nan)
 
     @property
     def regular(self) -> np.ndarray:
-        """Whether orbits (orbits,) survived and have tunes: neither irregular nor undecided."""
+        """Mask of the orbits that are OK, and REGULAR or RESONANT, shape (orbits,)."""
         return (self.status == Status.OK) & is_regular(self.classification)
 
 
 @says_progress
+@inserts_parameters
 def tunes(
     samples: Given,
     *,
@@ -174,62 +203,50 @@ def tunes(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> Tunes:
-    """Find the tunes of orbits known once a turn: of a map, of a tracking code, of a section.
+    """Compute the tunes of orbits that are given once per turn: of a map, a tracking code, or a section.
 
     Parameters
     ----------
-    samples : array (2n, orbits, turns) or (2n, turns)
-        Rows q1, ..., qn, p1, ..., pn, NaN or one point after an orbit's end. Also: `Orbits` of a map, or their
-        ``samples`` as they are; an array of xarray, with dimensions in any order; a data set of a file of HDF5 or Zarr,
-        read some orbits at a time; a monitor of xtrack; PyAT's array (6, particles, 1, turns); or, with coordinates, a
-        `SectionMap`, whose points are turns, arrays (orbits, turns) by name (a mapping, a Dataset, a group of a file)
-        or a table of pandas, polars or Astropy with a row for each turn.
-    coordinates : sequence of str, optional
+    samples : array_like, shape (2n, orbits, turns) or (2n, turns)
+        Rows q1, ..., qn, p1, ..., pn, with 64 turns or more, NaN or one point after the end of an orbit. Also accepted:
+
+        - `Orbits` of a map, or their ``samples`` as they are;
+        - an array of xarray, with dimensions in any order;
+        - a data set of an HDF5 or Zarr file, read in parts;
+        - a monitor of xtrack, or an array (6, particles, 1, turns) of PyAT;
+        - with `coordinates`, a `SectionMap`, whose points are turns; arrays of shape (orbits, turns) by name (a
+          mapping, a Dataset, a group of a file); or a table of pandas, polars or Astropy with a row for each turn.
+    coordinates : str or sequence of str, optional
         Names of the 2n rows.
-    lines : int, optional
-        Number of strongest lines of each plane's signal to return too, as `AngleLines` per turn, modulo 1, in [-1/2,
-        1/2).
-    threads, callback : as in `integrate`
+    {lines}
+    {threads}
+    {callback}
 
     Returns
     -------
     `Tunes`
-        Tunes in turns, with errors, diffusion and classes.
+        Tunes per turn, with error estimates, diffusion and classification of each orbit.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong; the message names orbit and sample.
+    ValueError
+        If a value is out of its range; the message names orbit and sample.
+    TypeError
+        If an argument is of a wrong kind.
     Interrupted
-        On Ctrl-C, with the result so far in `.partial`.
+        On Ctrl-C, with the orbits finished so far in ``.partial``.
 
     Notes
     -----
-    The ellipse of each plane, from the weighted second moments, is made a circle about its mean (beta and alpha of the
-    optics), so neither units nor a tilt matter. The tune is the weighted mean of the angle about that centre from one
-    sample to the next, with the weight exp(30 (sqrt(1 - x^2) - 1)): it converges faster than any power of the number N
-    of turns on a smooth curve, and a line d turns from the tune and from an integer is damped below 2e-12 once d N >
-    9.6.
+    - Method: weighted Birkhoff average of the turn in each plane, whose ellipse is made a circle. If it is not exact,
+      the nearest line replaces it, by harmonic inversion.
+    - Coupled planes: each gets the mode that is more along it, also if its strongest line is a harmonic.
+    - Errors: 5 times the largest difference between windows, unseen beats near resonances, and round-off.
+    - Limits: modes below 1e-9 of another are not seen; below 1e-6 the orbit may be UNDECIDED. Orbits that ended are cut
+      to one of eight lengths in a factor of 2.
+    - Cost: 2 ns a plane and turn, more with lines. Memory: 128 MiB or one orbit.
 
-    A mean turn that is not exact gives way to the line next to it, by harmonic inversion. Where the loop passes through
-    its centre, as one of coupled planes may, the mean turn is no line. Then the tune is the strongest of eight lines of
-    the plane, also inverted, that is no small combination of the others' tunes. If all
-    of these are harmonics of one line, as for a loop beside its centre, a crescent, the tune is that line, with the
-    sign of the loop's area; a loop that jumps across its centre from turn to turn may show a harmonic. Where two planes
-    show one line, or two of a low relation, or a loop passes through its centre, the strongest independent lines of all
-    planes are modes, where they are sharp. Their amplitudes tell which combinations turn in one mode alone: these
-    loops, of harmonics without the combined lines, are averaged. Each plane gets the mode that is more along it,
-    whatever the modes' amplitudes (equal directions: in ascending order). Lines may hide in others that are not told
-    apart from them: by the fall of the amplitudes that are seen, they count in the error. A mode below 1e-9 of another
-    is not seen, and one below 1e-6 may leave the orbit undecided. A plane that shows a harmonic, as y of 2 nu_x by a
-    sextupole, so gets its own tune, where it has a line of it; an orbit that a resonance has caught, whose lines lie
-    close by, stays at it. For motion in time, without the modulus, see `orbit_frequencies`.
-
-    Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, the possible effect
-    of unseen slow beats near a fraction p/m or a relation ``|k| < 6`` of two tunes, and rounding. Orbits that ended are
-    cut to one of eight lengths in a factor of 2. Cost: one pass for moments and one for angles, some 2 ns a plane and
-    turn, and an FFT where lines are fitted or asked for. Memory: 128 MiB of samples or one orbit at a time, beyond the
-    input.
+    See the explanation page on frequencies.
 
     References
     ----------

@@ -137,8 +137,7 @@ def energy_sample(
     - AreaEquals: the momentum is :math:`p_\beta + (\beta/\alpha) p_\alpha`.
     - Section q_i = c, more degrees of freedom: uniform in all other coordinates and momenta.
     - No section: uniform in :math:`\delta(E - H)\,dq\,dp`, for n of 2 or more.
-    - Cost: 2 evaluations of the potential a point for n = 2, 6 for n = 3, 2000 for n = 8; thousands if H(q, p) is not
-      of second degree in p.
+    - Cost of a point: 2 evaluations of the potential for n = 2, 2000 for n = 8, thousands if H is not quadratic in p.
 
     See the explanation page on sections.
 
