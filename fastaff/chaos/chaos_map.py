@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.classification import Classification
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, flag, portion, whole
 from ..core.status import Status, describe
@@ -32,18 +33,47 @@ from .streamed import ChaosRun, own_rates
 
 @dataclass(frozen=True)
 class ChaosMap(Result):
-    """Indicators of orbits and their classifications.
+    """Values of chaos indicators, and classification of orbits by them.
 
-    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); thresholds (indicators,
-    orbits), by each orbit's own natural frequency, and classifications (indicators, orbits), the `Classification` that
-    each gives: REGULAR, CHAOTIC or UNDECIDED; classification (orbits,) of all together: that of the decided indicators,
-    UNDECIDED where they disagree or none is decided;
-    suggested_time (orbits,): the time to try where the classification is UNDECIDED, NaN elsewhere. detection_time
-    (indicators, orbits): the time when a streamed indicator first passed its threshold, NaN where it did not. spectrum
-    (2n, orbits), the largest first, where asked for, and spectrum_error: 99 % of the exponents of endless runs are
-    within it. history (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and
-    for indicators that are not streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of
-    `spectrum_per_period`. t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the indicators. ``result["megno"]`` and ``result.megno`` are the row of that name.
+    values : ndarray, shape (indicators, orbits)
+        Values of the indicators.
+    thresholds : ndarray, shape (indicators, orbits)
+        Thresholds of each orbit, by its natural frequency.
+    classifications : ndarray of int, shape (indicators, orbits)
+        `Classification` by each indicator: REGULAR, CHAOTIC or UNDECIDED.
+    classification : ndarray of int, shape (orbits,)
+        `Classification` by all decided indicators. UNDECIDED if they disagree, if none is decided, or for failed
+        orbits.
+    suggested_time : ndarray, shape (orbits,)
+        Time that may decide UNDECIDED orbits, NaN for others.
+    detection_time : ndarray, shape (indicators, orbits)
+        Time at which an indicator of deviation vectors first passed its threshold, NaN if it did not.
+    spectrum : ndarray, shape (2n, orbits), or None
+        Lyapunov exponents per unit time, the largest first, if they were requested.
+    spectrum_error : ndarray, shape (2n, orbits), or None
+        Error estimates: 99 % of the exponents of infinite runs are within them.
+    history : ndarray, shape (indicators, records, orbits)
+        Values during the run; NaN after the end of an orbit and for indicators without history.
+    history_times : ndarray, shape (records, orbits)
+        Times of the records.
+    t : ndarray, shape (orbits,)
+        Time that each orbit reached.
+    energy_error : ndarray, shape (orbits,)
+        Largest energy error, relative to the largest kinetic energy.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each orbit.
+    time : float
+        Length of the run.
+    scheme : Scheme
+        Integration method.
+    step : float or ndarray, shape (orbits,)
+        Step size, in units of time: one for each orbit if it was chosen, inf for an adaptive method.
+    period : float or None
+        Drive period of a driven system, the unit of `spectrum_per_period`.
     """
 
     names: tuple[str, ...]
@@ -75,47 +105,57 @@ class ChaosMap(Result):
 
     @property
     def chaotic(self) -> np.ndarray:
-        """Mask of the chaotic orbits (orbits,)."""
+        """Mask of the chaotic orbits, shape (orbits,)."""
         return self.classification == Classification.CHAOTIC
 
     @property
     def regular(self) -> np.ndarray:
-        """Mask of the orbits (orbits,) that are regular, as far as the time shows."""
+        """Mask of the orbits that are regular as far as the run shows, shape (orbits,)."""
         return self.classification == Classification.REGULAR
 
     @property
     def undecided(self) -> np.ndarray:
-        """Mask of the orbits (orbits,) that did not fail and are undecided within the time."""
+        """Mask of the undecided orbits that did not fail, shape (orbits,)."""
         return (self.classification == Classification.UNDECIDED) & (self.status == Status.OK)
 
     @property
     def disagree(self) -> np.ndarray:
-        """Mask of the orbits (orbits,) that one indicator calls chaotic and another regular, such as sticky ones."""
+        """Mask of the orbits that are chaotic by one indicator and regular by another, shape (orbits,).
+
+        Sticky orbits are an example.
+        """
         chaotic = (self.classifications == Classification.CHAOTIC).any(axis=0)
         regular = (self.classifications == Classification.REGULAR).any(axis=0)
         return chaotic & regular & self.undecided
 
     @property
     def spectrum_per_period(self) -> np.ndarray | None:
-        """The spectrum (2n, orbits) of the map over a period of a driven system: `spectrum`, which is per unit time,
-        times the period; None if either is missing.
+        """Lyapunov exponents of the stroboscopic map, shape (2n, orbits), per drive period.
+
+        They are `spectrum` times the drive period; None if either is missing.
         """
         return None if self.spectrum is None or self.period is None else self.spectrum * self.period
 
     @property
     def shares(self) -> Shares:
-        """Orbits that did not fail by classification, and the chaotic fraction with its bounds."""
+        """Numbers of orbits of each class that did not fail, with the chaotic fraction and its bounds, as `Shares`."""
         fine = self.status == Status.OK
         kinds = (self.chaotic, self.regular, self.undecided)
         return Shares(*(np.count_nonzero(kind & fine) for kind in kinds))  # type: ignore[arg-type]
 
     @property
     def fraction(self) -> float:
-        """Share of chaotic orbits among those that are decided; NaN where none is."""
+        """Fraction of chaotic orbits among the decided ones; NaN if there are none."""
         return float(self.shares.fraction)
 
     def summary(self) -> str:
-        """Return one line with the outcomes of the orbits and the counts of classifications."""
+        """Return one line with the outcomes of the orbits and the numbers of each class.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         fine = self.status == Status.OK
         kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
         counts = ", ".join(f"{(kind & fine).sum()} {name}" for name, kind in kinds.items())
@@ -126,6 +166,7 @@ class ChaosMap(Result):
 
 @coerces_arguments(z0=starts_of, scheme=scheme_of, indicators=indicators_of)
 @records_call
+@inserts_parameters
 def chaos_map(
     model: Dynamics,
     z0: Starts,
@@ -143,57 +184,59 @@ def chaos_map(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> ChaosMap:
-    """Tell regular from chaotic orbits of `model` from `z0` over `time` by one or more indicators.
+    """Classify orbits as regular or chaotic by one or more indicators.
 
     Parameters
     ----------
-    model, z0 : as in `integrate`
-    time : float > 0, time
-        Length of the run; for a map a number of iterates. No orbit is called regular before 100 natural periods.
-    indicators : tuple of indicators or str, default (MEGNO(), SALI())
-        Such as (MEGNO(), SALI(threshold=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own. One
-        indicator alone, or names, will do ("sali", "megno,gali_4").
+    {model}
+    {z0}
+    time : float
+        Length of the run, in units of time; for a map the number of iterates. No orbit is regular before 100 natural
+        periods.
+    {indicators}
     history : int, default 0
-        Number of records of the streamed indicators, equidistant in time (for an adaptive scheme the first steps past
-        such times).
-    early_stop : bool, default False
-        End an orbit once all indicators, which must be streamed, have called it chaotic.
-    deviation_vectors : array, optional
-        Independent tangent vectors at the start, as in `tangent_map`; their lengths don't matter (default: columns of a
-        fixed random symplectic orthogonal matrix).
-    step, scheme, rtol, atol, energy_tolerance, threads, callback : as in `integrate`
+        Number of records of indicators of deviation vectors, at equal times. With an adaptive method they are at the
+        first step after these times.
+    {early_stop}
+    deviation_vectors : array_like, shape (count, 2n) or (count, 2n, orbits), optional
+        Independent deviation vectors at the start, of any length. Default: columns of a fixed random matrix that is
+        symplectic and orthogonal.
+    step : float or array_like, shape (orbits,), optional
+        Fixed step size, in units of time, shortened to divide the run. Default: chosen for each orbit, and halved up to
+        twice if its energy drifts. For an adaptive method it is the first step.
+    {scheme}
+    {rtol}
+    {atol}
+    {energy_tolerance}
+    {threads}
+    {callback}
 
     Returns
     -------
     `ChaosMap`
-        Values, thresholds and classifications of the indicators.
+        Values and thresholds of the indicators, and the classification of each orbit.
 
     Raises
     ------
-    ValueError, TypeError, Interrupted
-        As in `integrate`.
+    ValueError
+        If a value is out of its range, or an indicator is not supported for the model.
+    TypeError
+        If an argument is of a wrong kind.
+    Interrupted
+        On Ctrl-C, with the orbits finished so far in ``.partial``.
 
     Notes
     -----
-    For a map, values of exponents and thresholds count a radian for each iterate; a spectrum takes 2n vectors where the
-    map is not symplectic. OFLI and ReversibilityError need a flow.
+    - Method: one run with common deviation vectors, moved by the derivative of the method, made orthonormal about once
+      a radian. Results do not depend on units.
+    - Classification: by deviation vectors, an orbit is chaotic only if the largest length also grows by a decade
+      outside the three eighths of the run with most growth. Orbits at rest, or of one degree of freedom without a
+      drive, are never chaotic.
+    - Maps: exponents and thresholds count a radian an iterate; OFLI and ReversibilityError are not supported.
+    - Cost: :math:`1.3 (1 + k)` plain runs for k vectors, one more for averages, 15 for FrequencyDiffusion.
+    - Memory: :math:`2(k^2 + nk + n)` numbers an orbit.
 
-    All indicators of tangent vectors come from one set of vectors in one pass. The vectors move by the derivative of
-    the scheme. They are made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own
-    that gives positions and momenta one unit: with other units of length, time and mass, values and classifications are
-    the same. FLI and OFLI take their maxima over all steps. Weighted averages and the samples of ZeroOneTest (with
-    fixed steps) are taken in the same pass; FrequencyDiffusion and ReversibilityError make passes of their own. An
-    indicator of an orbit is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors). A
-    fixed step is used as given, or as the nearest shorter one that divides the time; a chosen step is halved, twice at
-    most, where the energy still drifts. A classification needs evidence, stated by each indicator. Where it is missing
-    the orbit is UNDECIDED, and `suggested_time` is a time that may decide. One passage of a saddle stretches a vector
-    on regular orbits too: by tangent vectors an orbit is chaotic only if the first one, by its largest length so far,
-    grows by a decade beside the three eighths of the run in which it grows most. Orbits at rest, and those of one
-    degree of freedom without a drive, are never chaotic.
-
-    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one, ZeroOneTest and averages up to one more
-    each, FrequencyDiffusion some 15 (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the
-    history.
+    See the explanation page on chaos.
 
     References
     ----------

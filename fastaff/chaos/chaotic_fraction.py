@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import entries, function, numbers, portion, positive, shown, texts
 from ..core.status import Status
@@ -34,14 +35,40 @@ TOO_STEEP = (Status.OUT_OF_DOMAIN, Status.NONFINITE, Status.ENERGY_DRIFT)
 
 @dataclass(frozen=True)
 class ChaoticFraction(Result, axis=None):
-    """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
+    """Chaotic fraction for each value of one or two parameters.
 
-    names and axes of the parameters; orbits of each case, 0 where the energy reaches no point; chaotic, regular and
-    undecided, those that did not fail, by the classification of `ChaosMap`; recomputed: failed orbits that the fallback
-    scheme finished; statuses (statuses, ...): orbits of each `Status`; indicators: names of the rows of medians
-    (indicators, ...), over all orbits that did not fail, and chaotic_medians, over the chaotic ones; thresholds
-    (indicators, ...), the medians of the orbits' own; time, (median) step and largest energy_error of each case; done:
-    False for cases that Ctrl-C left out.
+    Arrays have the shape of the cases, (n1,) or (n1, n2), written (...).
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the parameters.
+    axes : tuple of ndarray
+        Values of the parameters.
+    orbits : ndarray of int, shape (...)
+        Number of orbits; 0 if the energy reaches no point.
+    chaotic, regular, undecided : ndarray of int, shape (...)
+        Numbers of orbits of each class that did not fail.
+    recomputed : ndarray of int, shape (...)
+        Number of failed orbits that the fallback method finished.
+    statuses : ndarray of int, shape (statuses, ...)
+        Number of orbits with each `Status`.
+    indicators : tuple of str
+        Names of the indicators.
+    medians : ndarray, shape (indicators, ...)
+        Median values over all orbits that did not fail.
+    chaotic_medians : ndarray, shape (indicators, ...)
+        Median values over the chaotic orbits.
+    thresholds : ndarray, shape (indicators, ...)
+        Median thresholds.
+    time : ndarray, shape (...)
+        Length of the runs.
+    step : ndarray, shape (...)
+        Median step size.
+    energy_error : ndarray, shape (...)
+        Largest energy error, relative to the largest kinetic energy.
+    done : ndarray of bool, shape (...)
+        Whether a case is finished; False after Ctrl-C.
     """
 
     names: tuple[str, ...]
@@ -63,39 +90,52 @@ class ChaoticFraction(Result, axis=None):
 
     @property
     def failed(self) -> np.ndarray:
-        """Orbits of each case that failed."""
+        """Number of orbits of each case that failed."""
         return self.orbits - self.completed
 
     @property
     def shares(self) -> Shares:
-        """Orbits of each case by classification, and the fractions that they give."""
+        """Numbers of orbits of each class and case, with the fractions that they give, as `Shares`."""
         return Shares(self.chaotic, self.regular, self.undecided)
 
     @property
     def completed(self) -> np.ndarray:
-        """Orbits of each case that did not fail."""
+        """Number of orbits of each case that did not fail."""
         return self.shares.completed
 
     @property
     def fraction(self) -> np.ndarray:
-        """Share of chaotic orbits among those that are decided; NaN where there are none."""
+        """Fraction of chaotic orbits among the decided ones of each case; NaN if there are none."""
         return self.shares.fraction
 
     @property
     def bounds(self) -> np.ndarray:
-        """Shares (2, ...) of the orbits that did not fail if all undecided ones were regular, and if all were
-        chaotic.
-        """
+        """Chaotic fractions, shape (2, ...), of each case if all undecided orbits were regular, or chaotic."""
         return self.shares.bounds
 
+    @inserts_parameters
     def interval(self, sigmas: float = 1.959964) -> np.ndarray:
-        """Return ends (2, ...) of the interval of the fraction that the number of orbits leaves open, of 95 % by
-        default, as `Shares` does.
+        """Return the confidence interval of the fraction of each case, due to the number of orbits.
+
+        Parameters
+        ----------
+        {sigmas}
+
+        Returns
+        -------
+        ndarray, shape (2, ...)
+            Lower and upper ends.
         """
         return self.shares.interval(sigmas)
 
     def summary(self) -> str:
-        """Return one line with the outcomes of the cases."""
+        """Return one line with the outcomes of the cases.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         empty = int(np.count_nonzero(self.done & (self.orbits == 0)))
         late = int(np.count_nonzero(~self.done))
         cases = [f"{self.orbits.size - empty - late} of {self.orbits.max(initial=0)} orbits"]
@@ -169,6 +209,7 @@ AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
 
 @coerces_arguments(scheme=scheme_of, fallback=scheme_of, indicators=indicators_of, names=names_of, axes=axes_of)
 @records_call
+@inserts_parameters
 def chaotic_fraction(
     model: Callable[..., tuple[Dynamics, ArrayLike]],
     axes: Sequence[ArrayLike],
@@ -186,45 +227,53 @@ def chaotic_fraction(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> ChaoticFraction:
-    """Find the share of chaotic orbits for every value of one parameter, or for every pair of values of two.
+    """Compute the fraction of chaotic orbits for each value of one parameter, or for each pair of values of two.
 
     Parameters
     ----------
     model : callable
-        model(value) or model(value1, value2) returns (body, z0), z0 (2n, orbits) as of `energy_sample`. Where it raises
-        NotReached or returns an empty z0, the case is empty.
-    axes : one or two arrays
+        Function of one or two parameter values that returns (model, z0), with initial conditions z0 of shape (2n,
+        orbits) such as those of `energy_sample`. If it raises `NotReached` or returns an empty z0, the case is empty.
+    axes : array_like, or sequence of two array_like
         Values of the parameters.
-    time : float or callable, time
-        Length of every run, or a function of (body, z0) that returns it.
-    names : sequence of str, optional
+    time : float or callable
+        Length of the runs, in units of time, or a function of (model, z0) that returns it.
+    names : str or sequence of str, optional
         Names of the parameters.
-    indicators, early_stop : as in `chaos_map`
-    step : float, time, optional
-        Default: a trial in every case.
-    scheme : as in `integrate`
-    fallback : adaptive scheme, default VERNER9
-        For orbits that the fixed steps of `scheme` lose at a steep wall; None for no second run.
-    rtol, atol, energy_tolerance, threads, callback : as in `integrate`
+    {indicators}
+    {early_stop}
+    step : float, optional
+        Fixed step size, in units of time. Default: chosen for each orbit.
+    {scheme}
+    fallback : RungeKutta, str or None, default VERNER9
+        Adaptive method for orbits that fixed steps lose at a steep potential barrier. None: no second run.
+    {rtol}
+    {atol}
+    {energy_tolerance}
+    {threads}
+    {callback}
 
     Returns
     -------
     `ChaoticFraction`
-        Counts of chaotic, regular and undecided orbits of each case.
+        Numbers of chaotic, regular and undecided orbits of each case.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong.
+    ValueError
+        If a value is out of its range; the message names the case.
+    TypeError
+        If an argument is of a wrong kind.
     Interrupted
-        On Ctrl-C, with the finished cases in `.partial`.
+        On Ctrl-C, with the finished cases in ``.partial``.
 
     Notes
     -----
-    Each case is one run, so memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them out
-    would bias the fraction, so they run again, judged by the same thresholds. The share of section points
-    (`energy_sample`) is the share of the section's invariant area, not of the energy surface's volume. Cost: that of
-    `chaos_map` for each case, and a trial of steps.
+    - Method: a `chaos_map` of each case. Lost orbits are fast and often chaotic, and their loss would bias the
+      fraction. They run again with the fallback method and the same thresholds.
+    - Measure: the fraction of points of a section (`energy_sample`) is that of its invariant area, not of the volume of
+      the energy surface.
+    - Cost: that of `chaos_map` and the choice of steps, for each case. Memory: one case.
 
     References
     ----------

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from ..core.classification import Classification
+from ..core.docstrings import inserts_parameters
 from ..core.names import named
 from ..core.numbers import real
 from ..runs import observers
@@ -45,15 +46,24 @@ class Watch(NamedTuple):
 
 @runtime_checkable
 class Indicator(Protocol):
-    """An indicator for `chaos_map`: a value that inherits the defaults of this class, or has all of its attributes.
+    """Indicator for `chaos_map`: a value that inherits the defaults of this class, or has all of its attributes.
 
-    name: of its row in `ChaosMap`; label: for figures, the name if there is none; threshold: chaotic orbits are
-    above it, or below it where `above` is False, whose colours fall with the values; None stands for default(n, phase),
-    by n degrees of freedom and the phases omega T (orbits,); least: natural periods before an orbit is called chaotic;
-    rate: whether values are decades of growth that are shown as exponents; needs: words of NEEDS; a system or scheme
-    that lacks one is refused.
+    Its values come from readings of deviation vectors (`VectorIndicator`), from `watch` or from `compute`.
 
-    Its values come from one of three: readings of tangent vectors (`VectorIndicator`), `watch` or `compute`.
+    Attributes
+    ----------
+    name : str
+        Name of its row in `ChaosMap`.
+    threshold : float or None
+        Value beyond which an orbit is chaotic. None stands for ``default(n, phase)``.
+    above : bool
+        Whether chaotic orbits are above the threshold; if not, colours of figures fall with the values.
+    rate : bool
+        Whether values are decades of growth that are shown as exponents.
+    least : float
+        Natural periods before an orbit is called chaotic.
+    needs : tuple of str
+        Words of ``NEEDS``. A system or method that lacks one raises an error.
     """
 
     name: str
@@ -64,30 +74,82 @@ class Indicator(Protocol):
     needs: tuple[str, ...] = ()
 
     @abstractmethod
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Return a mask (orbits,) of the orbits that look regular, from their values and those at half the time or
-        other numbers for comparison.
+        """Return whether orbits look regular.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
         """
 
+    @inserts_parameters
     def check(self, where: str, model: Any) -> None:
-        """Raise TypeError or ValueError, with `where` in the sentence, for fields that do not suit the body."""
+        """Check the fields; by default all are accepted.
+
+        Parameters
+        ----------
+        {indicator_check}
+
+        Raises
+        ------
+        ValueError
+            If a value is out of its range.
+        TypeError
+            If a field does not suit the model.
+        """
         return
 
     def vectors(self, n: int) -> int:
-        """Return the number of tangent vectors it needs, 0 for none."""
+        """Return the number of deviation vectors; by default 0.
+
+        Parameters
+        ----------
+        n : int
+            Number of degrees of freedom.
+
+        Returns
+        -------
+        int
+            Number of vectors.
+        """
         return 0
 
+    @inserts_parameters
     def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
-        """Return its observer of the pass of the tangent vectors, None for none."""
+        """Return the observer of the run with the deviation vectors; by default None.
+
+        Parameters
+        ----------
+        {indicator_watch}
+
+        Returns
+        -------
+        Watch or None
+            Observer of the run with the deviation vectors; None if the indicator has none.
+        """
         return None
 
+    @inserts_parameters
     def compute(
         self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, callback: Callback | None
     ) -> tuple[np.ndarray, Any, np.ndarray]:
-        """Run the flow from z0 (2n, orbits) in a pass of its own; rates (orbits,): the orbits' own angular frequencies.
+        """Compute the values in a run of their own.
 
-        :Returns: the values (orbits,), NaN where they are unknown, the numbers that `calm` compares them with,
-            (orbits,) or NaN, and statuses (orbits,).
+        Parameters
+        ----------
+        {indicator_compute}
+
+        Returns
+        -------
+        tuple
+            Values of shape (orbits,), NaN if they are unknown; numbers that `calm` compares them with, or NaN; and
+            statuses of shape (orbits,).
         """
         raise TypeError(f"{type(self).__name__} must read vectors, or have a `watch` or a `compute`")
 

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.names import named
 from ..core.numbers import whole
 from ..engine.kernels import readings
@@ -45,16 +46,49 @@ def moving_rows(system: System) -> int:
 class _Growth(VectorIndicator):
     """Decades by which vectors grow."""
 
+    @inserts_parameters
     def reads(self, threshold: float) -> float:
-        """Return the value of a regular orbit."""
+        """Return the value of a regular orbit.
+
+        Parameters
+        ----------
+        {indicator_reads}
+
+        Returns
+        -------
+        float
+            Typical value.
+        """
         return 0.0 if self.rate else threshold - MARGIN
 
+    @inserts_parameters
     def default(self, n: int, phase: Any) -> Any:
-        """Return the threshold that follows from the phase x."""
+        """Return the default threshold.
+
+        Parameters
+        ----------
+        {indicator_default}
+
+        Returns
+        -------
+        float or ndarray, shape (orbits,)
+            Threshold.
+        """
         return MARGIN + decades(phase)
 
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Tell where they rose since half the time as a power below the square would, and a swing."""
+        """Return whether orbits look regular: values grew since half the time no faster than t squared.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
+        """
         return value - before < math.log10(2.0) + SLACK
 
 
@@ -63,16 +97,49 @@ class _Volume(VectorIndicator):
 
     above = False
 
+    @inserts_parameters
     def reads(self, threshold: float) -> float:
-        """Return the value of a regular orbit."""
+        """Return the value of a regular orbit.
+
+        Parameters
+        ----------
+        {indicator_reads}
+
+        Returns
+        -------
+        float
+            Typical value.
+        """
         return 0.0
 
+    @inserts_parameters
     def default(self, n: int, phase: Any) -> Any:
-        """Return the threshold that follows from the phase x."""
+        """Return the default threshold.
+
+        Parameters
+        ----------
+        {indicator_default}
+
+        Returns
+        -------
+        float or ndarray, shape (orbits,)
+            Threshold.
+        """
         return -MARGIN - self._power(n) * decades(phase)
 
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Tell where they fell since half the time no faster than the power that their count allows, and a swing."""
+        """Return whether orbits look regular: values fell since half the time no faster than on a torus.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
+        """
         return before - value < self._power(n) * math.log10(2.0) + SLACK
 
     def _power(self, n: int) -> int:
@@ -81,12 +148,17 @@ class _Volume(VectorIndicator):
 
 @dataclass(frozen=True)
 class Lyapunov(_Growth):
-    """Largest Lyapunov exponent ``log |w(T)| / T`` of a tangent vector w, per unit time.
+    r"""Largest Lyapunov exponent, per unit time.
 
     Parameters
     ----------
-    threshold : float, 1/time, optional
-        Chaotic above it (default: ln(10^4 x)/T, with x = omega T).
+    threshold : float, optional
+        Exponent above which an orbit is chaotic. Default: :math:`\ln(10^4 x)/T`, where :math:`x = \max(\omega T, 10)`.
+
+    Notes
+    -----
+    - Definition: :math:`\ln |w(T)| / T` of a deviation vector w with :math:`|w(0)| = 1`.
+    - :math:`\omega` is the natural angular frequency of an orbit and T its time, or iterates of a map.
 
     References
     ----------
@@ -107,17 +179,20 @@ class Lyapunov(_Growth):
 
 @dataclass(frozen=True)
 class LyapunovSpectrum(_Growth):
-    """All 2n Lyapunov exponents, per unit time, from the volumes that tangent vectors span (repeated QR); the largest
-    decides.
-
-    They are in `ChaosMap.spectrum` and `.spectrum_error`. n vectors suffice: they start as half of a symplectic basis,
-    whose QR factors obey R_ii R_(2n+1-i) = 1, so the other exponents are the negatives. Where 2n vectors run anyway,
-    for GALI(2n) or as `deviation_vectors`, all are computed.
+    r"""All 2n Lyapunov exponents, per unit time; the largest one classifies an orbit.
 
     Parameters
     ----------
-    threshold : float, 1/time, optional
-        Chaotic above it, as in `Lyapunov`.
+    threshold : float, optional
+        Exponent above which an orbit is chaotic. Default: :math:`\ln(10^4 x)/T`, where :math:`x = \max(\omega T, 10)`.
+
+    Notes
+    -----
+    - Method: volumes of deviation vectors by repeated QR factorisation. The results are ``spectrum`` and
+      ``spectrum_error`` of a `ChaosMap`.
+    - Cost: n vectors. They start as half of a symplectic basis, so the other exponents are the negatives. If 2n vectors
+      are used anyway, for ``GALI(2n)`` or as `deviation_vectors`, all are computed. A map that is not symplectic needs
+      2n.
 
     References
     ----------
@@ -138,18 +213,33 @@ class LyapunovSpectrum(_Growth):
     spectrum = True
 
     def vectors(self, n: int) -> int:
-        """Return the number of tangent vectors it needs."""
+        """Return the number of deviation vectors.
+
+        Parameters
+        ----------
+        n : int
+            Number of degrees of freedom.
+
+        Returns
+        -------
+        int
+            Number of vectors.
+        """
         return n
 
 
 @dataclass(frozen=True)
 class FLI(_Growth):
-    """Fast Lyapunov indicator: the largest ``log10 |w(t)|`` up to T.
+    r"""Fast Lyapunov indicator: the largest log10 of the length of a deviation vector.
 
     Parameters
     ----------
-    threshold : float, decades, optional
-        Chaotic above it (default: 4 + log10 x, with x = omega T).
+    threshold : float, optional
+        Decades above which an orbit is chaotic. Default: :math:`4 + \log_{10} x`, where :math:`x = \max(\omega T, 10)`.
+
+    Notes
+    -----
+    - Definition: :math:`\max_{t \le T} \log_{10} |w(t)|`, over all steps.
 
     References
     ----------
@@ -170,13 +260,18 @@ class FLI(_Growth):
 
 @dataclass(frozen=True)
 class OFLI(_Growth):
-    """Orthogonal fast Lyapunov indicator: the largest log10 of the part of w(t) across the flow; bounded on periodic
-    orbits.
+    r"""Orthogonal fast Lyapunov indicator, which is bounded on periodic orbits.
 
     Parameters
     ----------
-    threshold : float, decades, optional
-        Chaotic above it (default: 4 + log10 x, with x = omega T).
+    threshold : float, optional
+        Decades above which an orbit is chaotic. Default: :math:`4 + \log_{10} x`, where :math:`x = \max(\omega T, 10)`.
+
+    Notes
+    -----
+    - Definition: :math:`\max_{t \le T} \log_{10} |w_\perp(t)|`, over all steps, where :math:`w_\perp` is the part of a
+      deviation vector across the flow.
+    - Maps are not supported; use `FLI`.
 
     References
     ----------
@@ -198,13 +293,19 @@ class OFLI(_Growth):
 
 @dataclass(frozen=True)
 class MEGNO(VectorIndicator):
-    """Mean exponential growth of nearby orbits <Y>: 2 on regular orbits (0 where all periods are equal), lambda T/2 on
-    chaotic ones.
+    r"""Mean exponential growth factor of nearby orbits.
 
     Parameters
     ----------
     threshold : float, default 5
-        Chaotic above it.
+        Value above which an orbit is chaotic.
+
+    Notes
+    -----
+    - Definition: :math:`\langle Y \rangle`, the time average of :math:`Y(t) = \frac{2}{t} \int_0^t s\,d\ln|w(s)|` of a
+      deviation vector w.
+    - Values: 2 on regular orbits, 0 if all periods are equal, :math:`\lambda T/2` on chaotic orbits with the Lyapunov
+      exponent :math:`\lambda`.
 
     References
     ----------
@@ -221,26 +322,52 @@ class MEGNO(VectorIndicator):
     label = r"MEGNO $\langle Y\rangle$"
     reading = staticmethod(readings.mean_megno)
 
+    @inserts_parameters
     def reads(self, threshold: float) -> float:
-        """Return the value of a regular orbit."""
+        """Return the value of a regular orbit.
+
+        Parameters
+        ----------
+        {indicator_reads}
+
+        Returns
+        -------
+        float
+            Typical value.
+        """
         return 2.0
 
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Tell where it is close to 2, or falls: it doubles where growth is exponential."""
+        """Return whether orbits look regular: the value is close to 2, or falls.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
+        """
         return (value < 2.5) | (value < 0.95 * before)
 
 
 @dataclass(frozen=True)
 class SALI(_Volume):
-    """Smaller alignment index, as log10: ``min |w1 +- w2|`` of two unit tangent vectors.
-
-    It falls as exp(-(lambda_1 - lambda_2) t) on chaotic orbits. On regular ones it stays, or falls as 1/x where only
-    one combination of the frequencies changes between tori.
+    r"""Smaller alignment index of two deviation vectors, as log10.
 
     Parameters
     ----------
-    threshold : float, decades, optional
-        Chaotic below it (default: -4 - log10 x, with x = omega T).
+    threshold : float, optional
+        Decades below which an orbit is chaotic. Default: :math:`-4 - \log_{10} x`, where :math:`x = \max(\omega T,
+        10)`.
+
+    Notes
+    -----
+    - Definition: :math:`\log_{10} \min(|w_1 + w_2|, |w_1 - w_2|)` of two unit vectors.
+    - Chaotic orbits: SALI falls as :math:`e^{-(\lambda_1 - \lambda_2) t}`.
+    - Regular orbits: SALI is bounded, or falls as 1/x if only one combination of the frequencies changes between tori.
 
     References
     ----------
@@ -261,18 +388,23 @@ class SALI(_Volume):
 
 @dataclass(frozen=True)
 class GALI(_Volume):
-    """Generalised alignment index of `count` unit tangent vectors, as log10 of the volume that they span.
-
-    It is the product of their singular values, taken from the accumulated QR factors: no floor at 1e-16. Chaotic
-    orbits: exp(-sum_(i<=k) (lambda_1 - lambda_i) t). Regular ones on n-tori: constant for k <= n, t^(-2(k - n)) beyond.
+    r"""Generalised alignment index of k deviation vectors, as log10.
 
     Parameters
     ----------
-    count : int, 2 to 2n
-        Number k of vectors.
-    threshold : float, decades, optional
-        Chaotic below it (default: -4 - (k - 1 + 2 max(0, k - n)) log10 x, x = omega T, which covers degenerate
-        frequencies too).
+    count : int
+        Number k of vectors, from 2 to 2n.
+    threshold : float, optional
+        Decades below which an orbit is chaotic. Default: :math:`-4 - (k - 1 + 2\max(0, k - n)) \log_{10} x`, where
+        :math:`x = \max(\omega T, 10)`. It covers degenerate frequencies too.
+
+    Notes
+    -----
+    - Definition: log10 of the volume of k unit vectors, the product of their singular values. It comes from accumulated
+      QR factors and has no floor at 1e-16.
+    - Chaotic orbits: the volume falls as :math:`e^{-\sum_{i \le k} (\lambda_1 - \lambda_i) t}`.
+    - Regular orbits on tori of n dimensions: it is bounded for :math:`k \le n` and falls as :math:`t^{-2(k - n)}`
+      beyond.
 
     References
     ----------
@@ -290,21 +422,34 @@ class GALI(_Volume):
 
     @property
     def name(self) -> str:  # type: ignore[override]
-        """Return gali_2, gali_3, ..."""
+        """Name of the indicator: gali_2, gali_3, ..."""
         return f"gali_{self.count}"
 
     @property
     def label(self) -> str:
-        """Return log10 GALI_2, GALI_3, ... in LaTeX."""
+        """Label for figures in LaTeX, log10 GALI_2, GALI_3, ..."""
         return rf"$\log_{{10}}$ GALI$_{{{self.count}}}$"
 
     @property
     def parameters(self) -> tuple[float, ...]:  # type: ignore[override]
-        """Return the arguments of the reading beside the growth."""
+        """Arguments of the reading after the growth."""
         return (float(self.count),)
 
+    @inserts_parameters
     def check(self, where: str, model: Any) -> None:
-        """Refuse a count that is not 2 to 2n."""
+        """Check that the number of vectors is from 2 to 2n.
+
+        Parameters
+        ----------
+        {indicator_check}
+
+        Raises
+        ------
+        ValueError
+            If it is not.
+        TypeError
+            If it is no whole number.
+        """
         rows = moving_rows(current_system(model))
         if not 2 <= whole(f"{where}.count", self.count, 2) <= rows:
             raise ValueError(f"GALI.count must be 2 ... {rows} for {type(model).__name__}, got {self.count}")

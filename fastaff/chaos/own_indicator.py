@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import flag, real, shown, whole
 from ..runs.requirements import current_system
 from .indicator import VectorIndicator
@@ -18,19 +19,40 @@ from .indicators import SLACK, moving_rows
 
 @dataclass(frozen=True)
 class TangentIndicator(VectorIndicator):
-    """An indicator of your own: a reading of the growth of tangent vectors, beside the others in the same pass.
+    r"""User-defined indicator: a number read from the growth of deviation vectors.
 
-    name: that of its row in `ChaosMap`; ``reading(growth, i, *parameters)``: a Python function that Numba compiles (or
-    one that it has compiled) and that returns the number for lane i of `fastaff.engine.kernels.readings.Growth`;
-    threshold: chaotic orbits are above it, or below it where `above` is False; count: number of tangent vectors it
-    needs, 1 to 2n; parameters: floats for the reading, other values compile nothing; across_flow: whether it needs the
-    part of the first vector across the flow; judge(value, before, threshold, n): a mask (orbits,) of orbits that look
-    regular, from the readings at the end and at half the time, called with arrays (default: those whose reading changed
-    by less than log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). An orbit whose reading is NaN is
-    undecided.
+    It is computed in the same run as the other indicators of `chaos_map`.
 
-    :Raises: nothing itself: `chaos_map` checks it.
-    :Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
+    Parameters
+    ----------
+    name : str
+        Name of its row in `ChaosMap`, an identifier.
+    reading : callable
+        Function ``reading(growth, i, *parameters)`` that returns the number of lane i of a
+        `fastaff.engine.kernels.readings.Growth`. Numba compiles it unless it is compiled already.
+    threshold : float
+        Value beyond which an orbit is chaotic.
+    above : bool, default True
+        Whether chaotic orbits are above the threshold; if not, they are below it.
+    count : int, default 1
+        Number of deviation vectors, from 1 to 2n.
+    parameters : tuple of float, default ()
+        Further arguments of `reading`. Other values need no compilation.
+    across_flow : bool, default False
+        Whether `reading` needs the part of the first vector across the flow.
+    judge : callable, optional
+        Function ``judge(value, before, threshold, n)`` that returns a mask of the orbits that look regular, from arrays
+        of readings at the end and at half the time. Default: orbits whose reading moved towards chaos by less than
+        :math:`\log_{10} 2 + 0.75`, as decades of a vector on a torus do.
+
+    Notes
+    -----
+    - `chaos_map` checks the fields.
+    - An orbit whose reading is NaN is undecided.
+
+    References
+    ----------
+    Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9 (deviation vectors).
 
     Examples
     --------
@@ -49,8 +71,21 @@ class TangentIndicator(VectorIndicator):
     across_flow: bool = False
     judge: Callable[..., np.ndarray] | None = None
 
+    @inserts_parameters
     def check(self, where: str, model: Any) -> None:
-        """Refuse fields of wrong kinds or values."""
+        """Check the kinds and values of the fields.
+
+        Parameters
+        ----------
+        {indicator_check}
+
+        Raises
+        ------
+        ValueError
+            If a value is out of its range.
+        TypeError
+            If a field is of a wrong kind.
+        """
         rows = moving_rows(current_system(model))
         if not inspect.isfunction(getattr(self.reading, "py_func", self.reading)):
             raise TypeError(f"{where}.reading must be a function reading(growth, i, *parameters), got {self.reading!r}")
@@ -65,8 +100,19 @@ class TangentIndicator(VectorIndicator):
         flag(f"{where}.above", self.above)
         flag(f"{where}.across_flow", self.across_flow)
 
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Return a mask of the orbits that look regular."""
+        """Return whether orbits look regular, by `judge` if it is given.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
+        """
         if self.judge is not None:
             said = self.judge(value, before, threshold, n)
             if not isinstance(said, np.ndarray) or said.dtype != bool or said.shape != value.shape:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..core.classification import Classification
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import fits, whole
 from ..core.status import Status
 from ..engine.kernels import birkhoff
@@ -64,20 +65,24 @@ that `test_separatrices.py` and `test_chaos.py` draw stay below.
 
 @dataclass(frozen=True)
 class WeightedBirkhoff(Indicator):
-    """Digits to which weighted Birkhoff averages of the squared kinetic energy over both halves of the run agree.
-
-    Chaotic orbits reach about log10(T)/2. (The average of the kinetic energy itself converges on chaotic orbits too
-    where V is homogeneous: the virial theorem.) Fewer digits are no evidence of chaos: slow beats between frequencies
-    cost a regular orbit as many until some twenty of them have passed. It takes fixed steps.
+    r"""Digits to which weighted Birkhoff averages over both halves of the run agree.
 
     Parameters
     ----------
-    threshold : float, digits, default 5
-        Regular from it on; chaotic below it after 10^4 natural periods.
+    threshold : float, default 5
+        Digits from which an orbit is regular. Below it an orbit is chaotic after :math:`10^4` natural periods.
+
+    Notes
+    -----
+    - Method: averages of the squared kinetic energy, with the weight of `frequency_map`. The average of the kinetic
+      energy itself converges on chaotic orbits too if V is homogeneous (virial theorem).
+    - Values: up to 16 on regular orbits, about :math:`\log_{10}(T)/2` on chaotic ones. Slow beats between frequencies
+      cost a regular orbit as many digits until some twenty of them have passed.
+    - Adaptive methods are not supported; use a fixed step.
 
     References
     ----------
-    Sander & Meiss 2020, Physica D 411, 132569; the weight is that of `frequency_map`.
+    Sander & Meiss 2020, Physica D 411, 132569.
 
     Examples
     --------
@@ -92,8 +97,19 @@ class WeightedBirkhoff(Indicator):
     least = BEATS
     needs = ("energy", "fixed steps")
 
+    @inserts_parameters
     def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
-        """Return the averages over both halves."""
+        """Return the observer of the averages over both halves.
+
+        Parameters
+        ----------
+        {indicator_watch}
+
+        Returns
+        -------
+        Watch or None
+            Observer of the run with the deviation vectors; None if the indicator has none.
+        """
 
         def read(memory: np.ndarray, reached: np.ndarray) -> tuple[np.ndarray, float]:
             rows = birkhoff.ROWS
@@ -105,26 +121,55 @@ class WeightedBirkhoff(Indicator):
 
         return Watch(observers.averages(flow.model, flow.vectors, time), 0, lambda memory: None, read)
 
+    @inserts_parameters
     def reads(self, threshold: float) -> float:
-        """Return the value of a regular orbit."""
+        """Return the value of a regular orbit.
+
+        Parameters
+        ----------
+        {indicator_reads}
+
+        Returns
+        -------
+        float
+            Typical value.
+        """
         return 2.0 * threshold
 
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Tell where the averages agree."""
+        """Return whether orbits look regular: the averages agree.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
+        """
         return value >= threshold
 
 
 @dataclass(frozen=True)
+@inserts_parameters
 class FrequencyDiffusion(Indicator):
-    """log10 of the difference of the fundamental frequencies of both halves of the run, in cycles per natural period 2
-    pi/omega.
+    r"""Change of the fundamental frequencies between both halves of the run, as log10.
 
     Parameters
     ----------
     threshold : float, optional
-        Chaotic above it (default: a difference of 0.3 cycles over a half; those of regular orbits agree much better
-        once the halves resolve them).
-    signals : as in `frequency_map`, which runs in a pass of its own
+        Value above which an orbit is chaotic. Default: a change of 0.3 cycles over a half.
+    {signals}
+
+    Notes
+    -----
+    - Definition: :math:`\log_{10} \max_i |\nu_i^{(1)} - \nu_i^{(2)}|`, in cycles per natural period
+      :math:`2\pi/\omega`. For IRREGULAR orbits the whole run is compared too, because its halves may agree by chance.
+    - Values of regular orbits are far smaller once the halves resolve the frequencies. A value that lines too close to
+      each other may cause is NaN.
+    - Cost: a `frequency_map` in a run of its own.
 
     References
     ----------
@@ -143,13 +188,37 @@ class FrequencyDiffusion(Indicator):
     least = MANY
     needs = ("energy",)
 
+    @inserts_parameters
     def check(self, where: str, model: Any) -> None:
-        """Refuse angles that the body does not have."""
+        """Check that the model has the angles.
+
+        Parameters
+        ----------
+        {indicator_check}
+
+        Raises
+        ------
+        ValueError
+            If the angles do not suit the number of coordinates.
+        TypeError
+            If `signals` has no angles.
+        """
         if current_system(model).energetic:
             checked_signals(self.signals, model)
 
+    @inserts_parameters
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, callback: Callback | None) -> tuple:
-        """Return the values, NaN where they are no evidence: close lines change the halves of regular orbits, too."""
+        """Compute the values in a run of their own.
+
+        Parameters
+        ----------
+        {indicator_compute}
+
+        Returns
+        -------
+        tuple
+            Values of shape (orbits,), NaN if they are unknown; NaN; and statuses of shape (orbits,).
+        """
         if flow.system.iterated:
             found = map_frequencies_of(flow, z0, int(time))
             value = found.diffusion + np.log10(2 * math.pi)
@@ -169,16 +238,49 @@ class FrequencyDiffusion(Indicator):
         known = (found.status == Status.OK) & ~unclear & ~close_lines & ~by_chance
         return np.where(known, value, np.nan), np.nan, found.status
 
+    @inserts_parameters
     def reads(self, threshold: float) -> float:
-        """Return the value of a regular orbit."""
+        """Return the value of a regular orbit.
+
+        Parameters
+        ----------
+        {indicator_reads}
+
+        Returns
+        -------
+        float
+            Typical value.
+        """
         return threshold - TOLD
 
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Tell where the frequencies agree to a third of the difference that counts as chaos."""
+        """Return whether orbits look regular: the change is below a third of a chaotic one.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
+        """
         return value < threshold - 0.5
 
+    @inserts_parameters
     def default(self, n: int, phase: Any) -> Any:
-        """Return the threshold that follows from the phase x."""
+        """Return the default threshold.
+
+        Parameters
+        ----------
+        {indicator_default}
+
+        Returns
+        -------
+        float or ndarray, shape (orbits,)
+            Threshold.
+        """
         return np.log10(CHAOTIC_CHANGE * 2 * math.pi / phase)
 
 
@@ -191,20 +293,23 @@ def _largest_change(found: FrequencyMap) -> np.ndarray:
 
 @dataclass(frozen=True)
 class ZeroOneTest(Indicator):
-    """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular,
-    1 chaotic.
-
-    K of regular orbits falls like 1/samples, that of weakly chaotic ones may be as small before their displacements
-    have grown. An orbit is regular below 50/samples and below 1 - threshold, with half a radian of 2 pi/omega or more
-    between samples, else undecided. Cost: samples^2 operations an orbit.
+    r"""The 0-1 test: a correlation K that is 0 for regular and 1 for chaotic orbits.
 
     Parameters
     ----------
     threshold : float, default 0.7
-        Chaotic above it after 300 natural periods (beats look alike before).
-    samples : int >= 100, optional
-        Samples of the kinetic energy at some of the steps (default: five in 2 pi/omega, at least 400, at most 4000), of
-        an adaptive scheme at equal times in a pass of its own.
+        Value above which an orbit is chaotic, after 300 natural periods; before that beats look like chaos.
+    samples : int, optional
+        Number of samples of the kinetic energy, 100 or more. Default: five in :math:`2\pi/\omega`, at least 400 and at
+        most 4000. With an adaptive method they are taken at equal times in a run of their own.
+
+    Notes
+    -----
+    - Definition: median over angles of the correlation of the mean square displacement with time, where translations
+      are driven by the samples.
+    - Regular: K is below 50/samples and below 1 - threshold, with half a radian of the natural motion or more between
+      samples. All other orbits below the threshold are undecided, because weakly chaotic ones may have a small K.
+    - Cost: samples squared operations an orbit.
 
     References
     ----------
@@ -223,13 +328,37 @@ class ZeroOneTest(Indicator):
     least = 3 * MANY
     needs = ("energy",)
 
+    @inserts_parameters
     def check(self, where: str, model: Any) -> None:
-        """Refuse too few samples."""
+        """Check the number of samples.
+
+        Parameters
+        ----------
+        {indicator_check}
+
+        Raises
+        ------
+        ValueError
+            If it is less than 100.
+        TypeError
+            If it is no whole number.
+        """
         if self.samples is not None:
             whole(f"{where}.samples", self.samples, 100)
 
+    @inserts_parameters
     def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
-        """Return the samples at steps of one length."""
+        """Return the observer that takes samples at steps of one size.
+
+        Parameters
+        ----------
+        {indicator_watch}
+
+        Returns
+        -------
+        Watch or None
+            Observer of the run with the deviation vectors; None if the indicator has none.
+        """
         return None if flow.adaptive else self._sampled(flow, time, rates)
 
     @property
@@ -259,8 +388,19 @@ class ZeroOneTest(Indicator):
         observer = observers.kinetic_samples(flow.model, flow.vectors)
         return Watch(observer, int(counts.max()), prepare, lambda memory, reached: (np.nan, quiet), finish)
 
+    @inserts_parameters
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, callback: Callback | None) -> tuple:
-        """Return the values, the reference values, and the statuses, of an adaptive scheme's equidistant states."""
+        """Compute the values from equidistant states of an adaptive method.
+
+        Parameters
+        ----------
+        {indicator_compute}
+
+        Returns
+        -------
+        tuple
+            Values of shape (orbits,), NaN if they are unknown; numbers for comparison; and statuses of shape (orbits,).
+        """
         watch = self._sampled(flow, time, rates)
         ensemble = flow.ensemble(z0.copy())
         memory = np.zeros((watch.observer.rows, rates.size))
@@ -273,28 +413,55 @@ class ZeroOneTest(Indicator):
         _, quiet = watch.read(memory, ensemble.time)
         return np.where(ensemble.status == Status.OK, found, np.nan), quiet, ensemble.status
 
+    @inserts_parameters
     def reads(self, threshold: float) -> float:
-        """Return the value of a regular orbit."""
+        """Return the value of a regular orbit.
+
+        Parameters
+        ----------
+        {indicator_reads}
+
+        Returns
+        -------
+        float
+            Typical value.
+        """
         return 0.0
 
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Tell where K is as close to 0 as the threshold is to 1, or closer, and as that many samples allow
-        (`before`).
+        """Return whether orbits look regular: K is as close to 0 as the samples allow.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
         """
         return np.abs(value) < np.minimum(1.0 - threshold, before)
 
 
 @dataclass(frozen=True)
 class ReversibilityError(Indicator):
-    """log10 of the distance of z from z0, in amplitudes of the motion, after a run to T and back with reversed momenta.
-
-    Rounding errors grow like tangent vectors: as a power of time on regular orbits, as exp(lambda t) on chaotic ones.
-    The indicator needs a pass of its own, of twice the length, with a splitting (which is reversible).
+    r"""Distance from the initial conditions after a run forwards and back, as log10.
 
     Parameters
     ----------
-    threshold : float, decades, optional
-        Chaotic above it (default: -13 + 2 log10 x, at most -2, with x = omega T).
+    threshold : float, optional
+        Decades above which an orbit is chaotic. Default: :math:`-13 + 2\log_{10} x`, at most -2, where :math:`x =
+        \max(\omega T, 10)`.
+
+    Notes
+    -----
+    - Definition: log10 of the distance from z0, in amplitudes of the motion, after a run over T and back with reversed
+      momenta.
+    - Values: round-off grows like deviation vectors, as a power of the time on regular orbits and as :math:`e^{\lambda
+      t}` on chaotic ones.
+    - Cost: a run of its own, of twice the length, with a splitting method, which is reversible.
+    - Maps are not supported; use `FLI`.
 
     References
     ----------
@@ -311,8 +478,19 @@ class ReversibilityError(Indicator):
     label = r"$\log_{10}$ reversibility error"
     needs = ("energy", "flow", "splitting")
 
+    @inserts_parameters
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, callback: Callback | None) -> tuple:
-        """Return the values, NaN, and the statuses."""
+        """Compute the values in a run of their own.
+
+        Parameters
+        ----------
+        {indicator_compute}
+
+        Returns
+        -------
+        tuple
+            Values of shape (orbits,), NaN if they are unknown; NaN; and statuses of shape (orbits,).
+        """
 
         def run(z: np.ndarray, status: Any) -> Any:
             ensemble = flow.ensemble(z)
@@ -329,16 +507,49 @@ class ReversibilityError(Indicator):
             value = np.log10(np.maximum(away, 1e-17))
         return np.where(back.status == Status.OK, value, np.nan), np.nan, back.status
 
+    @inserts_parameters
     def default(self, n: int, phase: Any) -> Any:
-        """Return the threshold that follows from the phase x."""
+        """Return the default threshold.
+
+        Parameters
+        ----------
+        {indicator_default}
+
+        Returns
+        -------
+        float or ndarray, shape (orbits,)
+            Threshold.
+        """
         return np.minimum(-2.0, -13.0 + 2 * decades(phase))
 
+    @inserts_parameters
     def reads(self, threshold: float) -> float:
-        """Return the value of a regular orbit."""
+        """Return the value of a regular orbit.
+
+        Parameters
+        ----------
+        {indicator_reads}
+
+        Returns
+        -------
+        float
+            Typical value.
+        """
         return threshold - 4.0
 
+    @inserts_parameters
     def calm(self, value: np.ndarray, before: np.ndarray, threshold: np.ndarray, n: int) -> np.ndarray:
-        """Tell where it is a hundred times below the threshold."""
+        """Return whether orbits look regular: the value is two decades below the threshold.
+
+        Parameters
+        ----------
+        {indicator_calm}
+
+        Returns
+        -------
+        ndarray of bool, shape (orbits,)
+            Whether an orbit looks regular.
+        """
         return value < threshold - 2.0
 
 

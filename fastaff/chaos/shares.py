@@ -6,11 +6,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import positive
 
 
 class Shares(NamedTuple):
-    """Numbers of orbits by classification, of one set or an array of sets, and the chaotic fraction that they give."""
+    """Numbers of orbits of each class, and the chaotic fraction that they give.
+
+    Parameters
+    ----------
+    chaotic, regular, undecided : ndarray of int, shape (...)
+        Numbers of orbits of one set, or of an array of sets.
+    """
 
     chaotic: np.ndarray
     regular: np.ndarray
@@ -18,23 +25,35 @@ class Shares(NamedTuple):
 
     @property
     def completed(self) -> np.ndarray:
-        """Orbits that have a classification, UNDECIDED or not."""
+        """Number of orbits that have a classification, UNDECIDED or not."""
         return self.chaotic + self.regular + self.undecided
 
     @property
     def fraction(self) -> np.ndarray:
-        """Share of chaotic orbits among those that are decided; NaN where there are none."""
+        """Fraction of chaotic orbits among the decided ones; NaN if there are none."""
         return _share(self.chaotic, self.chaotic + self.regular)
 
     @property
     def bounds(self) -> np.ndarray:
-        """Shares (2, ...) if all undecided orbits were regular, and if all were chaotic."""
+        """Chaotic fractions if all undecided orbits were regular, and if all were chaotic, shape (2, ...)."""
         return np.array([_share(self.chaotic, self.completed), _share(self.chaotic + self.undecided, self.completed)])
 
+    @inserts_parameters
     def interval(self, sigmas: float = 1.959964) -> np.ndarray:
-        """Return ends (2, ...) of the interval of the fraction that the number of decided orbits leaves open.
+        """Return the confidence interval of the fraction, due to the number of decided orbits.
 
-        :Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
+        Parameters
+        ----------
+        {sigmas}
+
+        Returns
+        -------
+        ndarray, shape (2, ...)
+            Lower and upper ends. The score interval is valid for fractions of 0 and 1 too.
+
+        References
+        ----------
+        Wilson 1927, J. Am. Stat. Assoc. 22, 209.
         """
         # Beyond these the ends are 0 and 1, or the fraction itself.
         sigmas = min(max(positive("sigmas", sigmas), 1e-100), 1e100)
@@ -46,12 +65,27 @@ class Shares(NamedTuple):
         return np.clip([middle - width, middle + width], 0.0, 1.0)
 
     def of(self, sets: Any) -> Shares:
-        """Return the shares of some sets, by an index of arrays."""
+        """Return the shares of some of the sets.
+
+        Parameters
+        ----------
+        sets : index
+            Index of the arrays.
+
+        Returns
+        -------
+        `Shares`
+            Shares of these sets.
+        """
         return Shares(*(count[sets] for count in self))
 
     def said(self) -> str:
-        """Say the fraction, of several sets from the least to the largest, with its interval. Where orbits are
-        undecided, the bounds for all orbits come first.
+        """Return the fraction as text, with its interval; for several sets the range of the fractions.
+
+        Returns
+        -------
+        str
+            Text. If orbits are undecided, the bounds for all orbits come first.
         """
         if not np.isfinite(self.fraction).any():
             return f"chaotic fraction unknown: none of {int(np.sum(self.completed))} orbits is decided"

@@ -8,20 +8,30 @@ import numpy as np
 
 
 class Classification(IntEnum):
-    """Class of an orbit, by the evidence that an analysis has; `.is_regular` is True for REGULAR and RESONANT.
+    """Class of an orbit, by the evidence that an analysis has.
 
-    - REGULAR: quasi-periodic, with as many independent frequencies as coordinates. `frequency_map`,
-      `orbit_frequencies` and `tunes`: these explain all visible lines. `fit_torus`: the fitted torus obeys the
-      equations and predicts the orbit. `islands`: the rotation number of the curve converges. `chaos_map`: no
-      indicator grows as on chaotic orbits over 100 natural periods or more; it does not tell REGULAR from RESONANT.
-    - CHAOTIC: exponential divergence. `chaos_map`: tangent vectors grow, or orbits part, beyond the threshold of an
-      indicator. `islands`: neighbours part until their points fill an area.
-    - UNDECIDED: the time is too short for evidence, the evidence disagrees, or the orbit failed. All analyses.
-    - RESONANT: regular, with commensurable frequencies or a coordinate at rest. Frequency analyses: fewer
-      independent frequencies than coordinates. `fit_torus`: a torus of fewer dimensions. `islands`: a chain of islands.
-    - IRREGULAR: not quasi-periodic, chaotic or transient. Frequency analyses: the frequencies change between the parts
-      of the run. `fit_torus` and `fit_samples`: no torus, of an orbit that is chaotic, changes its frequencies or
-      escapes.
+    Attributes
+    ----------
+    REGULAR : 0
+        Quasi-periodic, with as many independent frequencies as coordinates.
+    CHAOTIC : 1
+        Exponential divergence of neighbouring orbits.
+    UNDECIDED : 2
+        The run is too short for evidence, the evidence disagrees, or the orbit failed.
+    RESONANT : 3
+        Regular, with commensurable frequencies or a coordinate at rest.
+    IRREGULAR : 4
+        Not quasi-periodic: chaos or a transient.
+
+    Notes
+    -----
+    - `frequency_map`, `orbit_frequencies`, `tunes`: REGULAR if independent frequencies explain all visible lines,
+      RESONANT if there are fewer of them, IRREGULAR if they change between the parts of the run.
+    - `chaos_map`: REGULAR if no indicator grows as on chaotic orbits over 100 natural periods or more. RESONANT orbits
+      are REGULAR here. CHAOTIC if deviation vectors, or orbits, separate beyond the threshold.
+    - `islands`: REGULAR for a curve, RESONANT for a chain of islands, CHAOTIC if neighbours separate and fill an area.
+    - `fit_torus`: REGULAR if the fitted torus obeys the equations and predicts the orbit, RESONANT for a torus of fewer
+      dimensions, IRREGULAR if there is no torus, because the orbit is chaotic, changes its frequencies or escapes.
     """
 
     REGULAR = 0

@@ -90,6 +90,67 @@ PARAMETERS = {
         lines : int, optional
             Number of strongest spectral lines of each signal to return as `AngleLines`. Default: none.
         """,
+    "indicator_check": """
+        where : str
+            Name of the indicator among the arguments, for error messages.
+        model : model
+            Model that the indicator is used for.
+        """,
+    "indicator_watch": """
+        flow : Flow
+            Model and integration method.
+        time : float
+            Length of the run.
+        rates : ndarray, shape (orbits,)
+            Natural angular frequency of each orbit.
+        """,
+    "indicator_compute": """
+        flow : Flow
+            Model and integration method.
+        z0 : ndarray, shape (2n, orbits)
+            Initial conditions.
+        time : float
+            Length of the run.
+        rates : ndarray, shape (orbits,)
+            Natural angular frequency of each orbit.
+        callback : callable or None
+            Function that is called with the completed fraction.
+        """,
+    "indicator_calm": """
+        value : ndarray, shape (orbits,)
+            Values at the end of the run.
+        before : ndarray, shape (orbits,)
+            Values at half the time, or other numbers for comparison.
+        threshold : ndarray, shape (orbits,)
+            Thresholds of the orbits.
+        n : int
+            Number of degrees of freedom.
+        """,
+    "indicator_reads": """
+        threshold : float
+            Threshold of the indicator.
+        """,
+    "indicator_default": """
+        n : int
+            Number of degrees of freedom.
+        phase : float or ndarray, shape (orbits,)
+            Phase x = omega T: natural angular frequency times the length of the run.
+        """,
+    "sigmas": """
+        sigmas : float, default 1.959964
+            Half width of the interval in standard deviations; the default is 95 % confidence.
+        """,
+    "indicators": """
+        indicators : Indicator, str or sequence of these, default (MEGNO(), SALI())
+            Chaos indicators or their names: ``"megno"``, ``"sali"``, ``"gali_2"`` to ``"gali_8"``, ``"fli"``,
+            ``"ofli"``, ``"lyapunov"``, ``"spectrum"``, ``"weighted_birkhoff"``, ``"frequency_diffusion"``,
+            ``"zero_one_test"``, ``"reversibility_error"``. A name stands for default thresholds; objects such as
+            ``SALI(threshold=-10)``, ``GALI(4)`` or a `TangentIndicator` have their own. ``"sali,gali_4"`` is two.
+        """,
+    "early_stop": """
+        early_stop : bool, default False
+            End an orbit as soon as all indicators classify it as chaotic. All must be read from deviation vectors.
+        """,
 }
 """Entries of parameter lists in numpydoc form, by the name that stands for them."""
 
