@@ -229,9 +229,9 @@ def chaos_map(
     -----
     - Method: one run with common deviation vectors, moved by the derivative of the method, made orthonormal about once
       a radian. Results do not depend on units.
-    - Classification: by deviation vectors, an orbit is chaotic only if the largest length also grows by a decade
-      outside the three eighths of the run with most growth. Orbits at rest, or of one degree of freedom without a
-      drive, are never chaotic.
+    - Classification: by deviation vectors, an orbit is chaotic only if the largest length grows by a decade outside the
+      three eighths of the run with most growth. Orbits at rest, or of one degree of freedom without a drive, are never
+      chaotic.
     - Maps: exponents and thresholds count a radian an iterate; OFLI and ReversibilityError are not supported.
     - Cost: :math:`1.3 (1 + k)` plain runs for k vectors, one more for averages, 15 for FrequencyDiffusion.
     - Memory: :math:`2(k^2 + nk + n)` numbers an orbit.

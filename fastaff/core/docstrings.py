@@ -151,6 +151,35 @@ PARAMETERS = {
         early_stop : bool, default False
             End an orbit as soon as all indicators classify it as chaotic. All must be read from deviation vectors.
         """,
+    "closing_model": """
+        model : model
+            System to compute, with derivatives of its forces: two degrees of freedom or more, a driven system, a
+            symplectic map, or an ODE system of two variables or more.
+        """,
+    "closing_tolerance": """
+        tolerance : float, default 1e-12
+            An orbit is OK if ``|flow(z) - z| <= tolerance |M|``, in amplitudes of the motion, where M is its monodromy
+            matrix: a change of z by `tolerance` has this effect. Round-off of z is the least tolerance.
+        """,
+    "closing_step": """
+        step : float, optional
+            Fixed step size, in units of time. Default: chosen for each orbit, and shortened until it changes the return
+            by the tolerance or less.
+        """,
+    "closing_scheme": """
+        scheme : Scheme or str, optional
+            Integration method or its name. Default: KAHAN_LI8 for separable Hamiltonians, GAUSS16 for other
+            Hamiltonians, VERNER9 for ODE systems.
+        """,
+    "closing_rtol": """
+        rtol : float, default 1e-13
+            Relative tolerance of an adaptive method.
+        """,
+    "closing_atol": """
+        atol : float, default 1e-13
+            Tolerance of an adaptive method relative to the size of each coordinate, or to its rate times the step if
+            that is larger. It does not depend on units.
+        """,
 }
 """Entries of parameter lists in numpydoc form, by the name that stands for them."""
 

@@ -26,12 +26,18 @@ CLOSER = 0.01
 
 
 class Event(IntEnum):
-    """Event at a point of a branch where the stability changes.
+    """Bifurcation at a point of a branch.
 
-    FOLD: the energy or parameter turns back, a residue passes 0; BRANCH_POINT: a residue passes 0 without a turn
-    (pitchfork, transcritical); PERIOD_DOUBLING: a residue passes 1, an orbit of twice the period branches off;
-    NEIMARK_SACKER: a complex pair of multipliers passes the unit circle, in a system whose multipliers have no pairs of
-    product 1; an invariant torus branches off.
+    Attributes
+    ----------
+    FOLD : 0
+        The energy or parameter turns back; a residue passes 0.
+    BRANCH_POINT : 1
+        A residue passes 0 without a turn (pitchfork, transcritical).
+    PERIOD_DOUBLING : 2
+        A residue passes 1; an orbit of twice the period branches off.
+    NEIMARK_SACKER : 3
+        A complex pair of multipliers of an ODE system passes the unit circle; an invariant torus branches off.
     """
 
     FOLD = 0
@@ -42,11 +48,25 @@ class Event(IntEnum):
 
 @dataclass(frozen=True)
 class Bifurcation(Result, axis=None):
-    """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in
-    time.
+    """Point of a branch at which its stability changes.
 
-    error: of the parameter: half of the interval in which the change was found, or the rest of the product over its
-    slope, and the changes with half the step and a closer correction. amplitude (2n,) as of a `Branch`.
+    Attributes
+    ----------
+    event : Event
+        Kind of the bifurcation.
+    arclength : float
+        Arclength of the branch.
+    parameter : float
+        Energy or parameter.
+    z : ndarray, shape (2n,)
+        Point of the periodic orbit on the section.
+    period : float
+        Period in units of time; for a map in iterates.
+    error : float
+        Error estimate of `parameter`: the half width of the last interval, or the remaining product over its slope,
+        plus changes with half the step size and with a closer correction.
+    amplitude : ndarray, shape (2n,), or None
+        For driven and ODE systems half of the range of each variable over the orbit.
     """
 
     event: Event

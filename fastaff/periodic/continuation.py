@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import numbers, positive, real, shown, whole
 from ..core.status import Status
@@ -46,14 +47,26 @@ STOPPED = Status.INTERRUPTED, "stopped by the user before its end"
 
 @dataclass(frozen=True)
 class Branch(Result, axis="point"):
-    """A family of periodic orbits.
+    """Family of periodic orbits, followed in the energy or in a parameter.
 
-    parameter (points,): the energy or the parameter followed; arclength (points,) in the space of z and parameter, both
-    in the units of the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, period, ...);
-    bifurcations in the order of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO
-    where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed, INTERRUPTED after Ctrl-C;
-    stop_reason: which of these it was, in words. amplitude (2n, points): of driven systems and of dz/dt = f(z), half of
-    the range of each variable over the orbit, the height of a response curve; else None.
+    Attributes
+    ----------
+    parameter : ndarray, shape (points,)
+        Energy or parameter of each orbit.
+    arclength : ndarray, shape (points,)
+        Arclength in the space of z and parameter, both in units of the first orbit.
+    orbits : PeriodicOrbits
+        Periodic orbits at the points of the branch.
+    bifurcations : tuple of Bifurcation
+        Bifurcations in the order of the branch.
+    status : Status
+        OK if the branch ended at `max_steps` or its bounds; ACTION_ZERO if the orbits shrink to an equilibrium;
+        NOT_CONVERGED if the shortest step failed; INTERRUPTED after Ctrl-C.
+    stop_reason : str
+        The reason for the end as text.
+    amplitude : ndarray, shape (2n, points), or None
+        For driven and ODE systems half of the range of each variable over the orbit, the height of a response curve;
+        else None.
     """
 
     parameter: Annotated[np.ndarray, along("point")]
@@ -66,11 +79,17 @@ class Branch(Result, axis="point"):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names (2n,) of the variables."""
+        """Names of the variables, 2n of them."""
         return self.orbits.names
 
     def summary(self) -> str:
-        """Return one line with the range of the branch and the reason for its end."""
+        """Return one line with the range of the branch and the reason for its end.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         if not len(self.parameter):
             return self.stop_reason
         count = f"{len(self.parameter)} points from {self.parameter[0]:.6g} to {self.parameter[-1]:.6g}"
@@ -79,6 +98,7 @@ class Branch(Result, axis="point"):
 
 @coerces_arguments(section=section_of, scheme=scheme_of)
 @records_call
+@inserts_parameters
 def continuation(
     model: Dynamics,
     z0: Starts,
@@ -100,60 +120,66 @@ def continuation(
     atol: float = 1e-13,
     threads: int | None = None,
 ) -> Branch:
-    """Follow a family of periodic orbits in the energy, or in a parameter of the model at one energy, by
-    pseudo-arclength.
+    r"""Follow a family of periodic orbits in the energy, or in a parameter at one energy.
 
     Parameters
     ----------
     model : model or callable
-        With a parameter, a function that makes the model from a number, ``lambda C: Body(Hyperelastic(C))``.
-    z0 : array (2n,)
+        System to compute, with derivatives of its forces. If a parameter is followed, a function that returns the model
+        for a value, such as ``lambda C: Body(Hyperelastic(C))``.
+    z0 : array_like, shape (2n,)
         Guess of the first orbit.
-    section, crossings : as in `periodic_orbits`
+    {section}
+    crossings : int, default 1
+        Number of crossings (for a map of iterates) after which an orbit closes.
     parameter : float, optional
-        Its first value; None to follow the energy.
-    energy : float, energy, optional
-        Energy of the first orbit (default: that of the guess), kept where a parameter is followed.
-    bounds : (float, float), default (-inf, inf)
-        Bounds of the energy or parameter, where the branch ends.
+        First value of the parameter. Default: the energy is followed.
+    energy : float, optional
+        Energy of the first orbit, kept if a parameter is followed. Default: that of the guess.
+    bounds : tuple of float, default (-inf, inf)
+        Range of the energy or parameter. The branch ends at a bound.
     direction : {1, -1}, default 1
         Sign of the first change of the energy or parameter.
-    ds, ds_max : float, default 0.01 and 0.1
-        First and largest step of arclength in (z, parameter), z in the first orbit's amplitudes
-        (`PeriodicOrbits.scale`), the energy in its kinetic energy, the parameter in the change that moves its return by
-        an amplitude.
+    ds : float, default 0.01
+        First step of arclength in (z, parameter). The units are the amplitudes of the first orbit (``scale`` of
+        `PeriodicOrbits`), its kinetic energy, and the change of the parameter that moves its return by an amplitude.
+    ds_max : float, default 0.1
+        Largest step of arclength.
     max_steps : int, default 100
-        Largest number of points beside the first.
-    max_time, tolerance : as in `periodic_orbits`
-    step, scheme, rtol, atol, threads : as in `integrate`
-        rtol and atol are 1e-13 here.
+        Largest number of points after the first.
+    max_time : float, optional
+        Longest time of these crossings. Default: 20 periods of the natural motion for each, then 160 if these are too
+        short.
+    {closing_tolerance}
+    {closing_step}
+    {closing_scheme}
+    {closing_rtol}
+    {closing_atol}
+    {threads}
 
     Returns
     -------
     `Branch`
-        The points of the family, with its bifurcations.
+        Orbits of the family, with its bifurcations.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong, or the first guess leads to no periodic orbit.
+    ValueError
+        If a value is out of its range, or the guess leads to no periodic orbit.
+    TypeError
+        If an argument is of a wrong kind.
     Interrupted
-        On Ctrl-C, with the branch until there in `.partial`, its bifurcations not searched for.
+        On Ctrl-C, with the branch so far in ``.partial``, without its bifurcations.
 
     Notes
     -----
-    Each point is predicted along the tangent and corrected by Gauss-Newton with the condition that the correction is
-    normal to it, so that the branch passes folds. The step grows by half after an easy correction. It is halved after a
-    failed one, a bend of more than 0.35 radians or a change of the residue R of more than ``0.1 (1 + |R|)``.
-    Derivatives to the parameter are central differences of returns. The scheme's step, where none is given, is each
-    point's own: shortened until that moves the return no more than the tolerance, and longer again where it may be.
-    Bifurcations are sign changes of the product of the residues, or of 1 - residue, between two points, polished in the
-    arclength by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two
-    points, is not seen. For limit cycles of dz/dt = f(z), followed in a parameter, products of (1 - m)/2 and (1 + m)/2
-    over the multipliers m take their place, beside that of 1 - m m' over two of them, which passes 0 where a complex
-    pair passes the unit circle: a Neimark-Sacker bifurcation. In systems with an energy a pair that leaves the circle
-    shows in `stability` alone. At a branch point the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors
-    for each point (9 with a parameter), of one orbit at a time.
+    - Method: pseudo-arclength continuation, which passes folds. Steps grow by half after an easy correction. They are
+      halved after a failure, a bend above 0.35 radians or a change of the residue R above 0.1(1 + abs(R)).
+    - Bifurcations: sign changes of :math:`\prod R` or :math:`\prod (1 - R)`, refined in the arclength. Residues that
+      touch 0 or 1, or pass it twice between points, are missed. A branch goes straight on at a branch point.
+    - ODE systems: products of :math:`(1 \mp m)/2` over the multipliers m, and of :math:`1 - m m'` over pairs for a
+      Neimark-Sacker bifurcation. In Hamiltonian systems, ``stability`` alone shows it.
+    - Cost: 3 returns with 2n vectors a point, 9 with a parameter.
 
     References
     ----------

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted, partial_result_on_interrupt
 from ..core.numbers import positive, whole
 from ..results.calls import Starts, coerces_arguments, records_call
@@ -30,18 +31,39 @@ from .return_map import checked_guesses, checked_return
 def periodic_guesses(
     section_map: SectionMap, crossings: int, *, max_guesses: int = 100, min_distance: float = 0.02
 ) -> np.ndarray:
-    """Return points of a section that come back close to themselves after `crossings` crossings, the closest first.
+    """Find points of a section that return close to themselves, the closest first.
 
-    :Parameters: section_map: a SectionMap of orbits of more than `crossings` crossings; max_guesses: their largest
-        number; min_distance: the least distance between two of them, as a fraction of the section's size in each
-        coordinate.
-    :Returns: z (2n, guesses), none where no orbit is long enough.
-    :Raises: ValueError or TypeError for wrong input.
+    Parameters
+    ----------
+    section_map : SectionMap
+        Crossings of orbits, more than `crossings` of each.
+    crossings : int
+        Positive number of crossings after which a point returns.
+    max_guesses : int, default 100
+        Largest number of points.
+    min_distance : float, default 0.02
+        Smallest distance between two points, as a fraction of the size of the section in each coordinate.
 
-    Every crossing of every orbit is compared with its image; among those nearer to each other than `min_distance` the
-    one of the least displacement is kept: a local minimum of the displacement over the section.
+    Returns
+    -------
+    ndarray, shape (2n, guesses)
+        Phase points; no column if no orbit is long enough.
 
-    :Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
+    Raises
+    ------
+    ValueError
+        If a value is out of its range.
+    TypeError
+        If `section_map` is of another kind.
+
+    Notes
+    -----
+    - Method: close returns. Every crossing is compared with its image. Among points nearer to each other than
+      `min_distance` the one with the smallest displacement is kept, a local minimum of the displacement.
+
+    References
+    ----------
+    Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387 (the method of close returns).
 
     Examples
     --------
@@ -87,6 +109,7 @@ def periodic_guesses(
 
 @coerces_arguments(z0=starts_of, section=section_of, scheme=scheme_of)
 @records_call
+@inserts_parameters
 def find_periodic_orbits(
     model: Dynamics,
     z0: Starts | SectionMap,
@@ -106,51 +129,63 @@ def find_periodic_orbits(
     atol: float = 1e-13,
     threads: int | None = None,
 ) -> PeriodicOrbits:
-    """Find the periodic orbits of a section map up to a number of crossings, from close returns of a scan of orbits.
+    """Find the periodic orbits of a section map up to a number of crossings, from close returns of orbits.
 
     Parameters
     ----------
-    model : model
-        As in `periodic_orbits`.
-    z0 : array (2n, orbits) or `SectionMap`
-        Phase points, such as ``energy_grid(...).z0``, or a map of this section.
-    section : as in `periodic_orbits`
+    {closing_model}
+    z0 : array_like, shape (2n, orbits), or SectionMap
+        Initial conditions of the orbits whose close returns are the guesses, such as ``energy_grid(...).z0``, or a
+        `SectionMap` of this section.
+    {section}
     max_crossings : int
-        Largest number of crossings of an orbit.
-    energy : float, energy, optional
-        Energy of all orbits (default: that of each guess).
-    max_guesses, min_distance : as in `periodic_guesses`, for each number of crossings
-        Default 100, and 0.02.
+        Largest number of crossings of a periodic orbit.
+    energy : float, optional
+        Energy of all orbits. Default: that of each guess.
+    max_guesses : int, default 100
+        Largest number of guesses for each number of crossings.
+    min_distance : float, default 0.02
+        Smallest distance between two guesses, as a fraction of the size of the section in each coordinate.
     scan_crossings : int, optional
-        Crossings of each orbit from z0, whose close returns are the guesses (default: max_crossings + 8).
-    max_time : float, time, optional
-        For all of them.
-    tolerance, iterations : as in `periodic_orbits`
-    step, scheme, rtol, atol, threads : as in `periodic_orbits`
+        Number of crossings of each orbit from `z0`. Default: ``max_crossings + 8``.
+    max_time : float, optional
+        Time after which an orbit from `z0` ends. Not used for maps and stroboscopic sections.
+    {closing_tolerance}
+    iterations : int, default 40
+        Largest number of returns that are computed for a guess with one step size.
+    {closing_step}
+    {closing_scheme}
+    {closing_rtol}
+    {closing_atol}
+    {threads}
 
     Returns
     -------
     `PeriodicOrbits`
-        One of each orbit found, all OK, over their minimal periods, those of few crossings first; on a resonant torus
-        of an integrable model as many of its orbits as there were guesses.
+        Each orbit that was found once, over its minimal period, those of few crossings first. On a resonant torus of an
+        integrable model there are as many orbits as guesses.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong.
+    ValueError
+        If a value is out of its range, or no orbit returns more than once.
+    TypeError
+        If an argument is of a wrong kind.
     Interrupted
-        On Ctrl-C, with the orbits found until then in `.partial`.
+        On Ctrl-C, with the orbits found so far in ``.partial``.
 
     Notes
     -----
-    A finer grid makes the search more complete. On one energy surface of two degrees of freedom the fixed
-    points of the map and of its powers have a total index, the number with R > 0 less the number with R < 0: it shows
-    how many are missing. Cost: that of the map, then of `periodic_orbits` for `max_guesses` guesses of each
-    number of crossings.
+    - Method: `periodic_guesses` for each number of crossings, then `periodic_orbits`. A finer grid of initial
+      conditions makes the search more complete.
+    - Completeness: on an energy surface of two degrees of freedom, the fixed points of a power of the map have a total
+      index, the number with residue R > 0 less the number with R < 0. It shows how many are missing.
+    - Cost: the section map, then that of `periodic_orbits` for `max_guesses` guesses of each number of crossings.
 
     References
     ----------
-    As in `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
+    Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387 (close returns); Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95
+    (the monodromy method); Greene 1979, J. Math. Phys. 20, 1183 (index).
 
     Examples
     --------

@@ -29,12 +29,30 @@ MARGINAL = 1e-6
 
 
 class Stability(IntEnum):
-    """Kinds of periodic orbits, by the pair of multipliers farthest from the unit circle.
+    """Kind of a periodic orbit, by the pair of multipliers farthest from the unit circle.
 
-    ELLIPTIC: on it, 0 < R < 1; PARABOLIC: at 1 or -1, R = 0 or 1; HYPERBOLIC: positive, R < 0; INVERSE_HYPERBOLIC:
-    negative, with reflection, R > 1; COMPLEX: four together off the circle (three degrees of freedom and more);
-    UNKNOWN: not converged. For dz/dt = f(z), whose multipliers have no pairs: ATTRACTING: all within the unit circle;
-    REPELLING: all beyond; SADDLE: some within, some beyond; PARABOLIC: one on it.
+    R is the residue of this pair. The multipliers of ODE systems have no pairs.
+
+    Attributes
+    ----------
+    ELLIPTIC : 0
+        The pair is on the unit circle, 0 < R < 1.
+    PARABOLIC : 1
+        The pair is at 1 or -1, R = 0 or 1. For ODE systems a multiplier is on the unit circle.
+    HYPERBOLIC : 2
+        The pair is positive, R < 0.
+    INVERSE_HYPERBOLIC : 3
+        The pair is negative, with reflection, R > 1.
+    COMPLEX : 4
+        Four multipliers are off the circle together, for three degrees of freedom or more.
+    UNKNOWN : 5
+        The orbit did not converge.
+    ATTRACTING : 6
+        ODE systems: all multipliers are within the unit circle.
+    SADDLE : 7
+        ODE systems: some multipliers are within the unit circle, some beyond.
+    REPELLING : 8
+        ODE systems: all multipliers are beyond the unit circle.
     """
 
     ELLIPTIC = 0
@@ -50,18 +68,51 @@ class Stability(IntEnum):
 
 @dataclass(frozen=True)
 class PeriodicOrbits(Result):
-    """Periodic orbits of a section map; where one is not OK, points, period and matrices are NaN.
+    """Periodic orbits of a section map or of a map.
 
-    z (2n, orbits) on the section; crossings (orbits,): their number in a period; points (2n, most crossings, orbits):
-    all crossings, z first, NaN past the last of a period; period (orbits,) in time, of a map in iterates; energy
-    (orbits,); monodromy (2n, 2n, orbits): the derivative of the flow over the period at z; reduced_monodromy (2n - 2,
-    2n - 2, orbits): that of the section map within the energy surface, in a basis orthonormal in own units; residual
-    (orbits,) = ``|flow(z) - z|`` in own units; error (orbits,): estimate of that of z and of 2 pi period/(a turn), in
-    own units, from a shorter step (or a larger rtol) and a neighbour; reduced_monodromy_error (orbits,): likewise of
-    the reduced monodromy, see `multiplier_errors`; iterations (orbits,): returns computed; status (orbits,) of
-    `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units. names (2n,): of the rows. For
-    dz/dt = f(z) of d variables there are d rows, the reduced monodromy is (d - 1, d - 1, orbits), energy 0, and
-    `symplectic` False: multipliers have no pairs, so that indices and residues are NaN.
+    If an orbit is not OK, its points, period and matrices are NaN. Own units are the amplitudes of the motion in
+    `scale`.
+
+    Attributes
+    ----------
+    z : ndarray, shape (2n, orbits)
+        Point of each orbit on the section. ODE systems of d variables have d rows.
+    crossings : ndarray of int, shape (orbits,)
+        Number of crossings in a period.
+    points : ndarray, shape (2n, crossings, orbits)
+        All crossings, the first of them `z`; NaN after the last one of an orbit.
+    period : ndarray, shape (orbits,)
+        Period in units of time; for a map in iterates.
+    energy : ndarray, shape (orbits,)
+        Energy; 0 for ODE systems.
+    monodromy : ndarray, shape (2n, 2n, orbits)
+        Derivative of the flow over the period at `z`.
+    reduced_monodromy : ndarray, shape (2n - 2, 2n - 2, orbits)
+        Derivative of the section map within the energy surface, in a basis that is orthonormal in own units. For ODE
+        systems the shape is (d - 1, d - 1, orbits).
+    residual : ndarray, shape (orbits,)
+        Distance ``|flow(z) - z|`` in own units.
+    error : ndarray, shape (orbits,)
+        Error estimate of `z` and of 2 pi period/(a natural period), in own units, from a smaller step (or a larger
+        `rtol`) and a neighbour.
+    reduced_monodromy_error : ndarray, shape (orbits,)
+        Error estimate of `reduced_monodromy`; see `multiplier_errors`.
+    iterations : ndarray of int, shape (orbits,)
+        Number of returns that were computed.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each orbit.
+    step : ndarray, shape (orbits,)
+        Step size, in units of time; inf for an adaptive method.
+    scale : ndarray, shape (2n, orbits)
+        Own units of the rows.
+    names : tuple of str, length 2n
+        Names of the rows.
+    section : Section or None
+        Surface of section; None for a map.
+    scheme : Scheme
+        Integration method.
+    symplectic : bool
+        False for ODE systems. Their multipliers have no pairs, so indices and residues are NaN.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -85,20 +136,24 @@ class PeriodicOrbits(Result):
 
     @property
     def multipliers(self) -> np.ndarray:
-        """The eigenvalues (2n - 2, orbits) of the reduced monodromy: without the two 1 of the flow and the energy (of
-        dz/dt = f(z) all but that of the flow).
+        """Multipliers: eigenvalues of the reduced monodromy matrix, shape (2n - 2, orbits).
+
+        The two multipliers 1 of the flow and the energy are left out, for ODE systems the one of the flow.
         """
         matrices = np.moveaxis(self.reduced_monodromy, -1, 0)
         return each(np.linalg.eigvals, matrices, matrices.shape[2:], np.complex128).T
 
     @property
     def multiplier_errors(self) -> np.ndarray:
-        """Estimates of the errors of `multipliers` (2n - 2, orbits), from `reduced_monodromy_error`: a multiplier's
-        condition times that, or where multipliers meet the largest effect of such a change of the matrix.
+        """Error estimates of `multipliers`, shape (2n - 2, orbits).
 
-        In a pair of 1e6 and 1e-6 the small one is lost if the matrix is known to 1e-6; it is the inverse of the other.
+        They are the condition of a multiplier times `reduced_monodromy_error`, or for close multipliers the largest
+        effect of such a change of the matrix. In a pair of 1e6 and 1e-6 the small one is lost if the matrix is known to
+        1e-6; it is the inverse of the other.
 
-        :Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
+        References
+        ----------
+        Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
         """
         matrices = np.moveaxis(self.reduced_monodromy, -1, 0)
         off = self.reduced_monodromy_error
@@ -110,9 +165,7 @@ class PeriodicOrbits(Result):
 
     @property
     def residue_errors(self) -> np.ndarray:
-        """Estimates of the errors of `residues` (n - 1, orbits): that of the trace for n = 2, else by those of the
-        multipliers.
-        """
+        """Error estimates of `residues`, shape (n - 1, orbits): of the trace for n = 2, else of the multipliers."""
         if not self.symplectic or len(self.reduced_monodromy) == 2:
             error = np.sqrt(2) / 4 * self.reduced_monodromy_error + (0.0 if self.symplectic else np.nan)
             return np.broadcast_to(error, self.indices.shape).copy()
@@ -126,9 +179,7 @@ class PeriodicOrbits(Result):
 
     @property
     def indices(self) -> np.ndarray:
-        """The stability indices (n - 1, orbits): the sums lambda + 1/lambda of the pairs of multipliers, the trace for
-        n = 2.
-        """
+        """Stability indices, shape (n - 1, orbits): sums m + 1/m of the pairs of multipliers, the trace for n = 2."""
         matrices = np.moveaxis(self.reduced_monodromy, -1, 0)
         if not self.symplectic:
             return np.full((max(1, len(self.reduced_monodromy) // 2), len(matrices)), np.nan + 0j)
@@ -136,19 +187,17 @@ class PeriodicOrbits(Result):
 
     @property
     def residues(self) -> np.ndarray:
-        """Greene's residue of each pair, (2 - index)/4, complex (n - 1, orbits)."""
+        """Greene's residue of each pair, (2 - index)/4, complex, shape (n - 1, orbits)."""
         return (2 - self.indices) / 4
 
     @property
     def residue(self) -> np.ndarray:
-        """Greene's residue (orbits,) for n = 2; for more, that of the pair farthest from the unit circle (its real
-        part).
-        """
+        """Greene's residue of the pair farthest from the unit circle (its real part), shape (orbits,)."""
         return np.take_along_axis(self.residues, self._worst[None], axis=0)[0].real
 
     @property
     def stability(self) -> np.ndarray:
-        """The kinds (orbits,), codes of `Stability`."""
+        """Kinds of the orbits, codes of `Stability`, shape (orbits,)."""
         if not self.symplectic:
             return self._without_pairs
         R = np.take_along_axis(self.residues, self._worst[None], axis=0)[0]
@@ -179,17 +228,19 @@ class PeriodicOrbits(Result):
 
     @property
     def minimal_crossings(self) -> np.ndarray:
-        """Crossings in the minimal period (orbits,): the first that is back at z; a divisor of `crossings`, 0 where not
-        OK.
-        """
+        """Crossings in the minimal period, a divisor of `crossings`, shape (orbits,); 0 for orbits that are not OK."""
         back = np.linalg.norm((self.points - self.z[:, None]) / self.scale[:, None], axis=0) <= SAME
         back = np.concatenate([back[1:], np.zeros((1, len(self)), bool)])
         first = np.where(back.any(axis=0), back.argmax(axis=0) + 1, self.crossings)
         return np.where(self.status == Status.OK, np.minimum(first, self.crossings), 0)
 
     def same(self) -> np.ndarray:
-        """Number the orbits (orbits,) so that the same closed orbits have one number, for any crossing as start; -1:
-        not OK.
+        """Number the orbits so that equal closed orbits have one number, for any crossing as their first.
+
+        Returns
+        -------
+        ndarray of int, shape (orbits,)
+            Numbers from 0; -1 for orbits that are not OK.
         """
         number = np.full(self.status.shape, -1)
         good = self.status == Status.OK
@@ -201,7 +252,13 @@ class PeriodicOrbits(Result):
         return np.unique(number, return_inverse=True)[1] - (not good.all())
 
     def unique(self) -> PeriodicOrbits:
-        """Return each OK orbit once, with the fewest crossings found, in the order of crossings and energy."""
+        """Return each OK orbit once, with the fewest crossings found.
+
+        Returns
+        -------
+        `PeriodicOrbits`
+            Orbits in the order of crossings and energy.
+        """
         number = self.same()
         order = np.lexsort((self.residual, self.crossings))
         kept = [next(o for o in order if number[o] == k) for k in range(number.max(initial=-1) + 1)]
@@ -212,7 +269,13 @@ class PeriodicOrbits(Result):
         return chart_row(self.z, name)
 
     def summary(self) -> str:
-        """Return one line with the outcomes of guesses, the kinds of the orbits, and the number of inaccurate ones."""
+        """Return one line with the outcomes of guesses, the kinds of the orbits, and the number of inaccurate ones.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
         good = self.status == Status.OK
         kinds, counts = np.unique(self.stability[good], return_counts=True)
         parts = [f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)]

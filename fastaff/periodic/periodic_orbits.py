@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import fits, positive, whole
 from ..core.status import Status
@@ -68,6 +69,7 @@ LONGER = 8
 
 @coerces_arguments(z0=starts_of, section=section_of, scheme=scheme_of)
 @records_call
+@inserts_parameters
 def periodic_orbits(
     model: Dynamics,
     z0: Starts,
@@ -84,61 +86,60 @@ def periodic_orbits(
     atol: float = 1e-13,
     threads: int | None = None,
 ) -> PeriodicOrbits:
-    """Find periodic orbits of a section map, or of a map, from guesses, by Newton's method with the tangent map.
+    r"""Find periodic orbits from guesses by Newton's method.
 
     Parameters
     ----------
-    model : model with `tangent_force`
-        It has two degrees of freedom or more, or is driven, a map, or dz/dt = f(z).
-    z0 : array (2n,) or (2n, orbits)
-        Guesses. They are first moved to the section and the energy, and along the flow where they pass the section the
-        wrong way.
-    section : value of `fastaff.models.sections` or str, optional
-        None for a map. Default: as in `poincare_map`.
-    crossings : int >= 1, default 1
-        Number of crossings (of a map: iterates) after which the orbit closes; it may be a multiple of the least one,
-        `.minimal_crossings`.
-    energy : float or array (orbits,), energy, optional
-        Default: that of each guess.
-    max_time : float, time, optional
-        For these `crossings` (default: 20 turns of each guess's own frequency for each, 160 where these are too
-        few).
-    tolerance : float, default 1e-12
-        An orbit is OK once ``|flow(z) - z| <= tolerance |M|`` in own units, the effect of a change of z by `tolerance`
-        (but not less than rounding of z).
+    {closing_model}
+    z0 : array_like, shape (2n,) or (2n, orbits)
+        Guesses. They are first moved to the section and the energy, and along the flow if they cross the section in the
+        wrong direction.
+    {section}
+    crossings : int, default 1
+        Number of crossings (for a map of iterates) after which an orbit closes. It may be a multiple of
+        ``minimal_crossings``.
+    energy : float or array_like, shape (orbits,), optional
+        Energy of the orbits. Default: that of each guess. Not available for maps, driven and ODE systems.
+    max_time : float, optional
+        Longest time of these crossings. Default: 20 periods of the natural motion for each, then 160 if these are too
+        short.
+    {closing_tolerance}
     iterations : int, default 40
-        Largest number of returns computed for an orbit with one step.
-    step : as in `integrate`
-        Default: for each orbit its own, shortened until that moves the return no more than the tolerance.
-    scheme, rtol, atol, threads : as in `integrate`
-        rtol and atol are 1e-13 here.
+        Largest number of returns that are computed for a guess with one step size.
+    step : float or array_like, shape (orbits,), optional
+        Fixed step size, in units of time. Default: chosen for each orbit, and shortened until it changes the return by
+        the tolerance or less.
+    {closing_scheme}
+    {closing_rtol}
+    {closing_atol}
+    {threads}
 
     Returns
     -------
     `PeriodicOrbits`
-        A guess that leads to no orbit has the status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
+        One orbit for each guess. The status is NOT_CONVERGED if a guess leads to no orbit, TOO_FEW_CROSSINGS if it
+        never returns.
 
     Raises
     ------
-    ValueError, TypeError, Interrupted
-        As in `integrate`.
+    ValueError
+        If a value is out of its range, or the model has no periodic orbits of this kind.
+    TypeError
+        If an argument is of a wrong kind, or the model has no derivatives of its forces.
+    Interrupted
+        On Ctrl-C, with the orbits so far in ``.partial``.
 
     Notes
     -----
-    An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`MotionScales`):
-    results are the same in any units, for any origin and zero of V, and in any company. Where these are over a
-    hundred times the orbit that has closed, as neighbours run away, they are its own extent or the distance where the
-    system is no longer linear. All guesses take their steps together: one integration with 2n tangent vectors to the
-    crossing, located on the scheme's own flow, then a small least-squares system for each orbit: (M - 1) dz + f dT =
-    z - flow(z) within the tangent plane of section and energy, by singular values, those below 1e-8 of the largest
-    left out, so that orbits of a resonant torus are found too. A step that makes the residual larger is cut to a
-    quarter; if no part of it helps, a whole one of at most a unit is taken, three times at most. Convergence is
-    quadratic, to rounding. A relative periodic orbit of a body is a periodic orbit of `fastaff.reduced_body`.
-
-    Systems dz/dt = f(z) have no energy (default scheme VERNER9): the orbits are limit cycles and cycles of strange
-    attractors, with all multipliers but the 1 of the flow and no residues; own units are half of the extent of the
-    orbit over a trial run, and an equilibrium is no cycle. A driven system with friction is one with two variables
-    more, on a circle. Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
+    - Method: least-squares Newton steps :math:`(M - 1)\,dz + f\,dT = z - \Phi_T(z)` within section and energy surface,
+      with the monodromy matrix M. Orbits of resonant tori are found too. Steps that increase the residual are damped by
+      a factor of 4. If damping fails, up to three bounded full steps are tried.
+    - Accuracy: quadratic convergence, to round-off. Scales are amplitudes of the motion, so results do not depend on
+      units.
+    - ODE systems: limit cycles, including unstable ones; equilibria are not found. A driven system with friction is an
+      ODE system with two more variables.
+    - Bodies: relative periodic orbits are periodic orbits of `reduced_body`.
+    - Cost: 8 to 12 returns with 2n vectors for a guess.
 
     References
     ----------
