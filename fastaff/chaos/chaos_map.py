@@ -132,7 +132,7 @@ class ChaosMap(Result):
     def spectrum_per_period(self) -> np.ndarray | None:
         """Lyapunov exponents of the stroboscopic map, shape (2n, orbits), per drive period.
 
-        They are `spectrum` times the drive period; None if either is missing.
+        They are ``spectrum`` times the drive period; None if either is missing.
         """
         return None if self.spectrum is None or self.period is None else self.spectrum * self.period
 
@@ -236,7 +236,7 @@ def chaos_map(
     - Cost: :math:`1.3 (1 + k)` plain runs for k vectors, one more for averages, 15 for FrequencyDiffusion.
     - Memory: :math:`2(k^2 + nk + n)` numbers an orbit.
 
-    See the explanation page on chaos.
+    See the explanation page on classification.
 
     References
     ----------

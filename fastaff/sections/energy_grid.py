@@ -152,9 +152,10 @@ def energy_grid(
       velocity of this sign, the outermost one counts.
     - AreaEquals: one of its two branches.
     - Accuracy: roots are neighbours of the exact ones. Wells narrower than 1/40 of a decade may be missed.
-    - Cost: 64 evaluations of the potential a cell if a coordinate is solved for, else one.
+    - Cost: 500 evaluations of the potential for each first coordinate and 64 a cell on turning sections; 64 a cell at
+      rest or if a coordinate is solved for; else one.
 
-    See the explanation page on sections.
+    See the explanation page on sections and measure.
 
     References
     ----------

@@ -103,8 +103,9 @@ def energy_sample(
     rng : int, array_like of int or numpy.random.Generator, optional
         Seed or generator, instead of `seed` (the name of SPEC 7 of Scientific Python).
     axes : tuple of two ranges, or dict of ranges, optional
-        Ranges (low, high) of the section coordinate and its momentum, or of rows of z by name. Default: all bounded
-        parts of the accessible region. They must be given for a map.
+        Ranges (low, high) of the section coordinate and its momentum, or of rows of z by name: of coordinates if there
+        is no section. Default: all bounded parts of the accessible region, and one period around 0 for periodic
+        coordinates. They must be given for a map.
     fixed : dict of float, optional
         Values of other rows by name; rows that are not named are 0.
     solve : str, optional
@@ -132,14 +133,14 @@ def energy_sample(
     Notes
     -----
     - Section, two degrees of freedom: uniform in the area :math:`dq\,dp` that the return map preserves. Points fill all
-      wells, on the side of `energy_grid` if the direction is 0. A chaotic fraction of them is that of the area, not of
-      the volume of the energy surface.
+      wells, on the side of `energy_grid` if the direction is 0. A chaotic fraction of them is that of the area, not the
+      volume of the energy surface.
     - AreaEquals: the momentum is :math:`p_\beta + (\beta/\alpha) p_\alpha`.
     - Section q_i = c, more degrees of freedom: uniform in all other coordinates and momenta.
-    - No section: uniform in :math:`\delta(E - H)\,dq\,dp`, for n of 2 or more.
+    - No section: uniform in :math:`\delta(E - H)\,dq\,dp`, for n > 1.
     - Cost of a point: 2 evaluations of the potential for n = 2, 2000 for n = 8, thousands if H is not quadratic in p.
 
-    See the explanation page on sections.
+    See the explanation page on sections and measure.
 
     References
     ----------

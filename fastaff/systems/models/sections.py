@@ -50,14 +50,14 @@ def _of_bodies(text, label, over):
 @_section
 @inserts_parameters
 class Hyperplane(NamedTuple):
-    """Hyperplane ``normal . z = offset`` of phase space, for any number of degrees of freedom.
+    """Hyperplane ``normal @ z = offset`` of phase space, for any number of degrees of freedom.
 
     Parameters
     ----------
     normal : tuple of float, length 2n
         Normal vector, in the row order of z: x = 0 of `HenonHeiles` is ``Hyperplane(normal=(1, 0, 0, 0))``.
     offset : float, default 0
-        Value of ``normal . z`` on the section.
+        Value of ``normal @ z`` on the section.
     {direction}
 
     Examples
@@ -71,7 +71,7 @@ class Hyperplane(NamedTuple):
     direction: int = 1
 
     def value(self, *z):
-        """Return ``normal . z - offset``.
+        """Return ``normal @ z - offset``.
 
         Parameters
         ----------
@@ -92,14 +92,14 @@ class Hyperplane(NamedTuple):
 @_section
 @inserts_parameters
 class AngleEquals(NamedTuple):
-    """Surfaces on which ``normal . z`` equals an offset up to whole periods, for example of a periodic coordinate.
+    """Surfaces on which ``normal @ z`` equals an offset up to whole periods, for example of a periodic coordinate.
 
     Parameters
     ----------
     normal : tuple of float, length 2n
         Normal vector, in the row order of z.
     offset : float, default 0
-        Value of ``normal . z`` on the section.
+        Value of ``normal @ z`` on the section.
     period : float, default 2 pi
         Positive period of the section function. Crossings of the offset plus any multiple of it count.
     {direction}
@@ -116,7 +116,7 @@ class AngleEquals(NamedTuple):
     direction: int = 1
 
     def value(self, *z):
-        """Return ``normal . z - offset``, reduced to half a period around 0.
+        """Return ``normal @ z - offset``, reduced to half a period around 0.
 
         Parameters
         ----------
