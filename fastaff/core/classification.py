@@ -31,7 +31,7 @@ class Classification(IntEnum):
       are REGULAR here. CHAOTIC if deviation vectors, or orbits, separate beyond the threshold.
     - `islands`: REGULAR for a curve, RESONANT for a chain of islands, CHAOTIC if neighbours separate and fill an area.
     - `fit_torus`: REGULAR if the fitted torus obeys the equations and predicts the orbit, RESONANT for a torus of fewer
-      dimensions, IRREGULAR if there is no torus, because the orbit is chaotic, changes its frequencies or escapes.
+      dimensions. IRREGULAR if there is no torus: the orbit is chaotic, changes its frequencies or escapes.
     """
 
     REGULAR = 0

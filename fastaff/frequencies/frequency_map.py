@@ -137,12 +137,12 @@ def frequency_map(
 
     Notes
     -----
-    - Method: each coordinate and its momentum form a complex signal. Its spectral lines are found by harmonic inversion
+    - Method: each coordinate and momentum form a complex signal. Its spectral lines are found by harmonic inversion
       near peaks of its transform. Fundamental frequencies are independent lines that generate the others; each is
       assigned to the coordinate with its largest amplitude.
     - Diffusion: :math:`\log_{10} \max_i |\nu_i^{(1)} - \nu_i^{(2)}|` of the halves of the run.
     - Errors: 5 times (:math:`5(n - 1)` for :math:`n > 2`) the largest of a line's growth, its residual and its change
-      in shorter windows, plus the integration error from a partial run with half the step.
+      in shorter windows. The integration error from a partial run with half the step is added.
     - Cost: the run, the partial run, a transform of each signal. Memory: 256 MiB, or 640 MiB for long orbits.
 
     See the explanation page on frequencies.

@@ -178,8 +178,8 @@ def find_periodic_orbits(
     -----
     - Method: `periodic_guesses` for each number of crossings, then `periodic_orbits`. A finer grid of initial
       conditions makes the search more complete.
-    - Completeness: on an energy surface of two degrees of freedom, the fixed points of a power of the map have a total
-      index, the number with residue R > 0 less the number with R < 0. It shows how many are missing.
+    - Completeness: for two degrees of freedom, the fixed points of a power of the map on an energy surface have a total
+      index. It is the number with residue R > 0 less the number with R < 0, and shows how many are missing.
     - Cost: the section map, then that of `periodic_orbits` for `max_guesses` guesses of each number of crossings.
 
     References
