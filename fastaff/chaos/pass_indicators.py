@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -286,7 +286,7 @@ class FrequencyDiffusion(Indicator):
 
 def _largest_change(found: FrequencyMap) -> np.ndarray:
     """Return the largest difference (orbits,) between the frequencies of the whole run and of its halves."""
-    first, second = found.nu_halves
+    first, second = cast(np.ndarray, found.nu_halves)
     pairs = (found.nu - first, found.nu - second, first - second)
     return np.max([np.abs(pair).max(axis=0) for pair in pairs], axis=0)
 
