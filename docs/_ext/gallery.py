@@ -11,6 +11,9 @@ from typing import Any
 
 from docutils import nodes
 from docutils.parsers.rst import Directive
+from sphinx.util import logging
+
+logger = logging.getLogger(__name__)
 
 
 class gallery(nodes.General, nodes.Element):
@@ -55,7 +58,8 @@ def _page_card(app: Any, docname: str, name: str) -> nodes.Node:
     """Return the first thumbnail of a page, which leads to the page, with its title."""
     found = cards(app, docname, [name])
     if not found:
-        raise ValueError(f"{docname}: {name} must have a figure tagged gallery")
+        logger.warning("%s must have a figure tagged gallery", name, location=docname)
+        return nodes.container("")
     image = next(iter(found[0].findall(nodes.image))).deepcopy()
     if name == docname:
         return nodes.container("", nodes.paragraph("", "", image), classes=["picture"])
