@@ -180,6 +180,79 @@ PARAMETERS = {
             Tolerance of an adaptive method relative to the size of each coordinate, or to its rate times the step if
             that is larger. It does not depend on units.
         """,
+    "invariants": """
+        A, B : float or array_like
+            Invariants A = alpha^2 and B = beta^2.
+        """,
+    "plane_coordinates": """
+        a1, a2, b1, b2 : float or array_like
+            Coordinates in the planes a and b.
+        """,
+    "plane_momenta": """
+        pa1, pa2, pb1, pb2 : float or array_like
+            Momenta in the planes a and b.
+        """,
+    "plane_changes": """
+        da1, da2, db1, db2 : float or array_like
+            Vector of changes of the coordinates.
+        """,
+    "inertia": """
+        mu : float, default 1
+            Inertia of the body, positive.
+        """,
+    "formula_domain": """
+        domain : str, optional
+            Formula that is positive inside the domain.
+        """,
+    "formula_parameters": """
+        **parameters : float
+            Value of each parameter of the formula, by name. Parameters are numbers at run time: another value needs no
+            compilation.
+        """,
+    "growth": """
+        growth : Growth
+            Numbers kept of the deviation vectors of a block of orbits.
+        """,
+    "lane": """
+        i : int
+            Lane, the place of the orbit in its block.
+        """,
+    "ensemble": """
+        ensemble : Ensemble
+            Running orbits. Its states, times and statuses are updated in place.
+        """,
+    "observer": """
+        observer : Observer
+            Function that sees the orbits while they run.
+        """,
+    "observer_memory": """
+        memory : ndarray, shape (rows, orbits)
+            Memory of the observer. It is 0 at the start unless you set it.
+        """,
+    "observer_out": """
+        out : ndarray, shape (orbits, columns)
+            Records of the observer.
+        """,
+    "run_time": """
+        time : float or ndarray, shape (orbits,)
+            Time of the end of the run, one for all orbits or one for each.
+        """,
+    "chart_points": """
+        q : array_like, shape (4, ...)
+            Coordinates of the chart, of any sheet.
+        """,
+    "chart_velocities": """
+        q : array_like, shape (8, ...)
+            Coordinates of the chart, of any sheet, then their velocities.
+        """,
+    "chart_momenta": """
+        q : array_like, shape (8, ...)
+            Coordinates of the chart, of any sheet, then their conjugate momenta.
+        """,
+    "body_states": """
+        z : array_like, shape (8, ...)
+            Phase points of the body: a1, a2, b1, b2, then their momenta.
+        """,
 }
 """Entries of parameter lists in numpydoc form, by the name that stands for them."""
 
@@ -193,7 +266,7 @@ def inserts_parameters(function: F) -> F:
     Parameters
     ----------
     function : callable
-        Function or class. Without a docstring, as under ``python -OO``, it stays as it is.
+        Function, or class with its methods. Without a docstring, as under ``python -OO``, it stays as it is.
 
     Returns
     -------
@@ -206,6 +279,9 @@ def inserts_parameters(function: F) -> F:
         lines = inspect.cleandoc(PARAMETERS[name]).splitlines()
         return "\n".join(indentation + line if line else line for line in lines)
 
-    if function.__doc__ is not None:
-        function.__doc__ = PLACEHOLDER.sub(entry, function.__doc__)
+    members = vars(function).values() if isinstance(function, type) else ()
+    methods = [getattr(member, "__func__", member) for member in members]
+    for documented in (function, *filter(inspect.isfunction, methods)):
+        if documented.__doc__ is not None:
+            documented.__doc__ = PLACEHOLDER.sub(entry, documented.__doc__)
     return function

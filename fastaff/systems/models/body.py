@@ -6,6 +6,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from ...core.docstrings import inserts_parameters
 from .angles import AreaTrace, Coordinates2
 
 TERMS = ("friction", "drive_period", "period", "damping", "forcing", "drive")
@@ -17,22 +18,33 @@ FREE = (
 """Advice where a body should be damped or driven."""
 
 
+@inserts_parameters
 class Body(NamedTuple):
-    """Planar affinely-rigid body with a doubly isotropic potential: ``H = |p|^2/(2 mu) + V(|a|^2, |b|^2)``.
-
-    Rows of a phase point: a1, a2, b1, b2, then their momenta, with a = (x+u, z-y)/sqrt2 and b = (x-u, y+z)/sqrt2 of phi
-    = [[x, y], [z, u]].
+    """Model the planar affinely-rigid body with a doubly isotropic potential.
 
     Parameters
     ----------
-    potential : a potential of `fastaff.models`
-        Or any NamedTuple with the same four methods.
-    mu : float > 0, default 1
-        Inertia.
+    potential : potential
+        Potential of `fastaff.models`, such as `NeoHookean`, or any NamedTuple with the methods value, slopes,
+        curvatures and margin.
+    {inertia}
+
+    Raises
+    ------
+    TypeError
+        If `potential` is a model itself, or if friction or a drive is given. A body has neither: use `hamiltonian` or
+        `ode`.
+
+    Notes
+    -----
+    * Hamiltonian: ``H = |p|^2/(2 mu) + V(|a|^2, |b|^2)``.
+    * Rows of a phase point: a1, a2, b1, b2, then their momenta.
+    * Planes: a = (x + u, z - y)/sqrt2 and b = (x - u, y + z)/sqrt2 of phi = [[x, y], [z, u]].
+    * Invariants and angles: ``alpha = |a|, beta = |b|``, eta = arg a, gamma = arg b.
 
     References
     ----------
-    Martens & Slawianowski, EQ2.1 (Hamiltonian), EQ2.0b (``alpha = |a|, beta = |b|``, eta = arg a, gamma = arg b).
+    Martens & Slawianowski, EQ2.1 (Hamiltonian), EQ2.0b (invariants and angles).
 
     Examples
     --------
@@ -65,21 +77,62 @@ class Body(NamedTuple):
         return getattr(self.potential, "angles", AreaTrace())
 
     def velocity(self, pa1, pa2, pb1, pb2):
-        """Return dq/dt = p/mu."""
+        """Return the velocity dq/dt = p/mu.
+
+        Parameters
+        ----------
+        {plane_momenta}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: the rates of a1, a2, b1, b2.
+        """
         w = 1.0 / self.mu
         return w * pa1, w * pa2, w * pb1, w * pb2
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
-        """Return T = ``|p|^2``/(2 mu)."""
+        """Return the kinetic energy.
+
+        Parameters
+        ----------
+        {plane_momenta}
+
+        Returns
+        -------
+        float or ndarray
+            Energy T = ``|p|^2``/(2 mu).
+        """
         return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
 
     def force(self, a1, a2, b1, b2):
-        """Return dp/dt = -grad V."""
+        """Return the force dp/dt = -grad V.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: the rates of the momenta.
+        """
         V_A, V_B = self.potential.slopes(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
         return -2 * V_A * a1, -2 * V_A * a2, -2 * V_B * b1, -2 * V_B * b2
 
     def tangent_force(self, a1, a2, b1, b2, da1, da2, db1, db2):
-        """Return the change of the force along (da1, ..., db2): minus the Hessian of V times that vector."""
+        """Return the change of the force along a vector.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+        {plane_changes}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: minus the Hessian of V times the vector.
+        """
         A = a1 * a1 + a2 * a2
         B = b1 * b1 + b2 * b2
         dA = 2 * (a1 * da1 + a2 * da2)
@@ -96,11 +149,31 @@ class Body(NamedTuple):
         )
 
     def potential_energy(self, a1, a2, b1, b2):
-        """Return V."""
+        """Return the potential energy.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        float or ndarray
+            V, an energy.
+        """
         return self.potential.value(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
 
     def margin(self, a1, a2, b1, b2):
-        """Return a number that is positive in the domain of the potential."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        float or ndarray
+            Margin of the potential.
+        """
         return self.potential.margin(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
 
     @property
@@ -109,7 +182,17 @@ class Body(NamedTuple):
         return "potential"
 
     def poles(self, a1, a2, b1, b2):
-        """Return the numbers of the potential, if it has some, whose whole parts change at its poles."""
+        """Return numbers whose integer parts change at poles of the potential.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Numbers of the potential. Only a potential that has `poles` has them.
+        """
         return self.potential.poles(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
 
 
@@ -140,12 +223,16 @@ Body.__new__ = _refusing(Body.__new__)  # type: ignore[method-assign, assignment
 
 
 class HenonHeiles(NamedTuple):
-    """Two oscillators with a cubic coupling: H = (px^2 + py^2 + x^2 + y^2)/2 + lam (x^2 y - y^3/3).
+    """Model two oscillators with a cubic coupling.
 
     Parameters
     ----------
     lam : float, default 1
-        Strength of the coupling. The motion is bounded for 6 lam^2 E < 1.
+        Strength of the coupling. The motion is bounded if 6 lam^2 E < 1.
+
+    Notes
+    -----
+    The Hamiltonian is ``H = (px^2 + py^2 + x^2 + y^2)/2 + lam (x^2 y - y^3/3)``.
 
     References
     ----------
@@ -175,28 +262,96 @@ class HenonHeiles(NamedTuple):
         return Coordinates2()
 
     def velocity(self, px, py):
-        """Return dq/dt = p."""
+        """Return the velocity dq/dt = p.
+
+        Parameters
+        ----------
+        px, py : float or array_like
+            Momenta.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Rates of x and y.
+        """
         return px, py
 
     def force(self, x, y):
-        """Return dp/dt = -grad V."""
+        """Return the force dp/dt = -grad V.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Coordinates.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Rates of the momenta.
+        """
         return -x - 2 * self.lam * x * y, -y - self.lam * (x * x - y * y)
 
     def tangent_force(self, x, y, dx, dy):
-        """Return minus the Hessian of V times (dx, dy)."""
+        """Return the change of the force along a vector.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Coordinates.
+        dx, dy : float or array_like
+            Vector of changes of the coordinates.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Minus the Hessian of V times the vector.
+        """
         return (
             -dx - 2 * self.lam * (y * dx + x * dy),
             -dy - 2 * self.lam * (x * dx - y * dy),
         )
 
     def kinetic_energy(self, px, py):
-        """Return T."""
+        """Return the kinetic energy.
+
+        Parameters
+        ----------
+        px, py : float or array_like
+            Momenta.
+
+        Returns
+        -------
+        float or ndarray
+            Energy T = (px^2 + py^2)/2.
+        """
         return (px * px + py * py) / 2
 
     def potential_energy(self, x, y):
-        """Return V."""
+        """Return the potential energy.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            V, an energy.
+        """
         return (x * x + y * y) / 2 + self.lam * (x * x * y - y * y * y / 3)
 
     def margin(self, x, y):
-        """Return 1: the potential is defined everywhere."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            1: the potential is defined everywhere.
+        """
         return 1.0 + 0.0 * (x + y)

@@ -24,28 +24,77 @@ COMPLEX_STEP = 1e-100
 
 
 class Zero(NamedTuple):
-    """V = 0.
+    """Define the function V = 0.
 
-    :Source: Martens & Slawianowski, EQ2.1 with V_eta = V_gamma = 0.
+    References
+    ----------
+    Martens & Slawianowski, EQ2.1 with V_eta = V_gamma = 0.
+
+    Examples
+    --------
+    >>> fa.models.Zero().value(2.0)
+    0.0
     """
 
     def value(self, x):
-        """Return V."""
+        """Return V.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            V at the variable.
+        """
         return 0.0 * x
 
     def slope(self, x):
-        """Return dV/dx."""
+        """Return the first derivative of V.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Derivative dV/dx.
+        """
         return 0.0 * x
 
     def curvature(self, x):
-        """Return d2V/dx2."""
+        """Return the second derivative of V.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Second derivative of V with respect to x.
+        """
         return 0.0 * x
 
 
 class Oscillator(NamedTuple):
-    """V = k x^2/2 + c/x^2 of x = alpha or beta.
+    """Define the function V = k x^2/2 + c/x^2 of x = alpha or beta.
 
-    :Source: Martens & Slawianowski, EQ3.1 (k = C, c = 0) and EQa (V_alpha: c = 2 C).
+    Parameters
+    ----------
+    k : float, default 1
+        Strength of the oscillator.
+    c : float, default 0
+        Strength of the barrier at x = 0.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ3.1 (k = C, c = 0) and EQa (V_alpha: c = 2 C).
 
     Examples
     --------
@@ -57,26 +106,83 @@ class Oscillator(NamedTuple):
     c: float = 0.0
 
     def value(self, x):
-        """Return V."""
+        """Return V.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            V at the variable.
+        """
         return self.k * x * x / 2 + self.c / (x * x) if self.c != 0 else self.k * x * x / 2
 
     def slope(self, x):
-        """Return dV/dx."""
+        """Return the first derivative of V.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Derivative dV/dx.
+        """
         return self.k * x - 2 * self.c / (x * x * x) if self.c != 0 else self.k * x
 
     def curvature(self, x):
-        """Return d2V/dx2."""
+        """Return the second derivative of V.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Second derivative of V with respect to x.
+        """
         return self.k + 6 * self.c / (x * x * x * x) if self.c != 0 else self.k + 0.0 * x
 
     def regular(self, s):
-        """Return V at s = x^2."""
+        """Return V as a function of the variable in which the motion is regular.
+
+        Parameters
+        ----------
+        s : float or array_like
+            Regular variable, s = x^2.
+
+        Returns
+        -------
+        float or ndarray
+            V at s.
+        """
         return self.k * s / 2 + self.c / s if self.c != 0 else self.k * s / 2
 
 
 class Spring(NamedTuple):
-    """V_r = k r/2 + c/r: the oscillator in r = rho^2, with the centrifugal-like term of V_vartheta = c.
+    """Define the function V_r = k r/2 + c/r.
 
-    :Source: Martens & Slawianowski, EQ2.2h (V_r, c = 0), EQb (first term: c = 2 C).
+    Parameters
+    ----------
+    k : float, default 1
+        Strength of the oscillator.
+    c : float, default 0
+        Strength of the term c/r.
+
+    Notes
+    -----
+    The function is the oscillator in r = rho^2. The term c/r is that of a constant V_vartheta = c.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2h (V_r, c = 0), EQb (first term: c = 2 C).
 
     Examples
     --------
@@ -88,27 +194,82 @@ class Spring(NamedTuple):
     c: float = 0.0
 
     def value(self, r):
-        """Return V."""
+        """Return V.
+
+        Parameters
+        ----------
+        r : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            V at the variable.
+        """
         return self.k * r / 2 + self.c / r if self.c != 0 else self.k * r / 2
 
     def slope(self, r):
-        """Return dV/dr."""
+        """Return the first derivative of V.
+
+        Parameters
+        ----------
+        r : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Derivative dV/dr.
+        """
         return self.k / 2 - self.c / (r * r)
 
     def curvature(self, r):
-        """Return d2V/dr2."""
+        """Return the second derivative of V.
+
+        Parameters
+        ----------
+        r : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Second derivative of V with respect to r.
+        """
         return 2 * self.c / (r * r * r)
 
     def regular(self, s):
-        """Return V at s = r."""
+        """Return V as a function of the variable in which the motion is regular.
+
+        Parameters
+        ----------
+        s : float or array_like
+            Regular variable, s = r.
+
+        Returns
+        -------
+        float or ndarray
+            V at s.
+        """
         return self.value(s)
 
 
 class Barriers(NamedTuple):
-    """V_vartheta = c_alpha/cos^2(vartheta/2) + c_beta/sin^2(vartheta/2): constants V_eta, V_gamma, or walls at alpha =
-    0 and beta = 0.
+    """Define the function V_vartheta with barriers at alpha = 0 and beta = 0.
 
-    :Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
+    Parameters
+    ----------
+    c_alpha, c_beta : float, default 0
+        Strengths of the barriers at alpha = 0 and at beta = 0.
+
+    Notes
+    -----
+    The function is ``V_vartheta = c_alpha/cos^2(vartheta/2) + c_beta/sin^2(vartheta/2)``. Constants V_eta and V_gamma
+    have the same form.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
 
     Examples
     --------
@@ -120,31 +281,86 @@ class Barriers(NamedTuple):
     c_beta: float = 0.0
 
     def value(self, vartheta):
-        """Return V."""
+        """Return V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            V at the variable.
+        """
         return self.regular(np.sin(vartheta / 2) ** 2)
 
     def slope(self, vartheta):
-        """Return dV/dvartheta."""
+        """Return the first derivative of V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Derivative dV/dvartheta.
+        """
         c, s = np.cos(vartheta / 2), np.sin(vartheta / 2)
         wall = self.c_alpha * s / (c * c * c) if self.c_alpha != 0 else 0.0 * c
         return wall - self.c_beta * c / (s * s * s) if self.c_beta != 0 else wall
 
     def curvature(self, vartheta):
-        """Return d2V/dvartheta2."""
+        """Return the second derivative of V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Second derivative of V with respect to vartheta.
+        """
         c, s = np.cos(vartheta / 2) ** 2, np.sin(vartheta / 2) ** 2
         wall = self.c_alpha * (1.5 / c - 1) / c if self.c_alpha != 0 else 0.0 * c
         return wall + self.c_beta * (1.5 / s - 1) / s if self.c_beta != 0 else wall
 
     def regular(self, s):
-        """Return V at s = sin^2(vartheta/2)."""
+        """Return V as a function of the variable in which the motion is regular.
+
+        Parameters
+        ----------
+        s : float or array_like
+            Regular variable, s = sin^2(vartheta/2).
+
+        Returns
+        -------
+        float or ndarray
+            V at s.
+        """
         wall = self.c_alpha / (1 - s) if self.c_alpha != 0 else 0.0 * s
         return wall + self.c_beta / s if self.c_beta != 0 else wall
 
 
 class Secant(NamedTuple):
-    """V_vartheta = k/cos(vartheta), +inf from vartheta = pi/2 (det phi = 0) on.
+    """Define the function V_vartheta = k/cos(vartheta).
 
-    :Source: Martens & Slawianowski, EQ2.2h (k = 2 C).
+    Parameters
+    ----------
+    k : float, default 2
+        Strength.
+
+    Notes
+    -----
+    The value is plus infinity for vartheta >= pi/2, where det phi <= 0.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2h (k = 2 C).
 
     Examples
     --------
@@ -155,28 +371,79 @@ class Secant(NamedTuple):
     k: float = 2.0
 
     def value(self, vartheta):
-        """Return V."""
+        """Return V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            V, plus infinity outside the domain.
+        """
         return self.k / np.maximum(np.cos(vartheta), 0.0)
 
     def slope(self, vartheta):
-        """Return dV/dvartheta."""
+        """Return the first derivative of V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Derivative dV/dvartheta.
+        """
         c = np.cos(vartheta)
         return self.k * np.sin(vartheta) / (c * c)
 
     def curvature(self, vartheta):
-        """Return d2V/dvartheta2."""
+        """Return the second derivative of V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Second derivative of V with respect to vartheta.
+        """
         c = np.cos(vartheta)
         return self.k * (2 / (c * c) - 1) / c
 
     def regular(self, s):
-        """Return V at s = sin^2(vartheta/2)."""
+        """Return V as a function of the variable in which the motion is regular.
+
+        Parameters
+        ----------
+        s : float or array_like
+            Regular variable, s = sin^2(vartheta/2).
+
+        Returns
+        -------
+        float or ndarray
+            V at s.
+        """
         return self.k / np.maximum(1 - 2 * s, 0.0)
 
 
 class Cosine(NamedTuple):
-    """V_vartheta = k cos(vartheta), the heavy top.
+    """Define the function V_vartheta = k cos(vartheta) of the heavy top.
 
-    :Source: Martens & Slawianowski, section 3 (V_vartheta = A cos vartheta).
+    Parameters
+    ----------
+    k : float, default 1
+        Strength.
+
+    References
+    ----------
+    Martens & Slawianowski, section 3 (V_vartheta = A cos vartheta).
 
     Examples
     --------
@@ -187,110 +454,280 @@ class Cosine(NamedTuple):
     k: float = 1.0
 
     def value(self, vartheta):
-        """Return V."""
+        """Return V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            V at the variable.
+        """
         return self.k * np.cos(vartheta)
 
     def slope(self, vartheta):
-        """Return dV/dvartheta."""
+        """Return the first derivative of V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Derivative dV/dvartheta.
+        """
         return -self.k * np.sin(vartheta)
 
     def curvature(self, vartheta):
-        """Return d2V/dvartheta2."""
+        """Return the second derivative of V.
+
+        Parameters
+        ----------
+        vartheta : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Second derivative of V with respect to vartheta.
+        """
         return -self.k * np.cos(vartheta)
 
     def regular(self, s):
-        """Return V at s = sin^2(vartheta/2)."""
+        """Return V as a function of the variable in which the motion is regular.
+
+        Parameters
+        ----------
+        s : float or array_like
+            Regular variable, s = sin^2(vartheta/2).
+
+        Returns
+        -------
+        float or ndarray
+            V at s.
+        """
         return self.k * (1 - 2 * s)
 
 
 class CoshOscillator(NamedTuple):
-    """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): the oscillator and a wall c/alpha^2 in the elliptic chart.
+    """Define the function V_kappa of the oscillator in the elliptic chart.
 
-    :Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+    Parameters
+    ----------
+    k : float, default 1
+        Strength of the oscillator.
+    c : float, default 0
+        Strength of the barrier c/alpha^2.
+
+    Notes
+    -----
+    The function is ``V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa)``. `CosOscillator` is its partner.
+
+    References
+    ----------
+    Derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+
+    Examples
+    --------
+    >>> fa.models.CoshOscillator(k=2.0).value(0.0)
+    np.float64(1.0)
     """
 
     k: float = 1.0
     c: float = 0.0
 
     def value(self, kappa):
-        """Return V."""
+        """Return V.
+
+        Parameters
+        ----------
+        kappa : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            V at the variable.
+        """
         return self.k / 2 * np.cosh(2 * kappa) ** 2 - self.c / np.cosh(kappa) ** 2
 
     def slope(self, kappa):
-        """Return dV/dkappa."""
+        """Return the first derivative of V.
+
+        Parameters
+        ----------
+        kappa : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Derivative dV/dkappa.
+        """
         return 2 * self.k * np.cosh(2 * kappa) * np.sinh(2 * kappa) + 2 * self.c * np.tanh(kappa) / np.cosh(kappa) ** 2
 
     def curvature(self, kappa):
-        """Return d2V/dkappa2."""
+        """Return the second derivative of V.
+
+        Parameters
+        ----------
+        kappa : float or array_like
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Second derivative of V with respect to kappa.
+        """
         w = 1 / np.cosh(kappa) ** 2
         return 4 * self.k * np.cosh(4 * kappa) + 2 * self.c * w * (3 * w - 2)
 
     def regular(self, s):
-        """Return V at s = sinh^2(kappa)."""
+        """Return V as a function of the variable in which the motion is regular.
+
+        Parameters
+        ----------
+        s : float or array_like
+            Regular variable, s = sinh^2(kappa).
+
+        Returns
+        -------
+        float or ndarray
+            V at s.
+        """
         return self.k / 2 * (1 + 2 * s) * (1 + 2 * s) - self.c / (1 + s)
 
 
 class CosOscillator(NamedTuple):
-    """V_lambda = -(k/2) cos^2(2 lambda) + c/cos^2(lambda): the partner of `CoshOscillator`.
+    """Define the function V_lambda of the oscillator in the elliptic chart.
 
-    :Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+    Parameters
+    ----------
+    k : float, default 1
+        Strength of the oscillator.
+    c : float, default 0
+        Strength of the barrier c/alpha^2.
+
+    Notes
+    -----
+    The function is ``V_lambda = -(k/2) cos^2(2 lambda) + c/cos^2(lambda)``. `CoshOscillator` is its partner.
+
+    References
+    ----------
+    Derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+
+    Examples
+    --------
+    >>> fa.models.CosOscillator(k=2.0).value(0.0)
+    np.float64(-1.0)
     """
 
     k: float = 1.0
     c: float = 0.0
 
     def value(self, lam):
-        """Return V."""
+        """Return V.
+
+        Parameters
+        ----------
+        lam : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            V at the variable.
+        """
         return self.regular(np.sin(lam) ** 2)
 
     def slope(self, lam):
-        """Return dV/dlambda."""
+        """Return the first derivative of V.
+
+        Parameters
+        ----------
+        lam : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Derivative dV/dlambda.
+        """
         c, s = np.cos(lam), np.sin(lam)
         wall = 2 * self.c * s / (c * c * c) if self.c != 0 else 0.0 * s
         return 2 * self.k * np.cos(2 * lam) * np.sin(2 * lam) + wall
 
     def curvature(self, lam):
-        """Return d2V/dlambda2."""
+        """Return the second derivative of V.
+
+        Parameters
+        ----------
+        lam : float or array_like, radians
+            Variable of the function.
+
+        Returns
+        -------
+        float or ndarray
+            Second derivative of V with respect to lambda.
+        """
         w = 1 / np.cos(lam) ** 2
         wall = 2 * self.c * w * (3 * w - 2) if self.c != 0 else 0.0 * w
         return 4 * self.k * np.cos(4 * lam) + wall
 
     def regular(self, s):
-        """Return V at s = sin^2(lambda)."""
+        """Return V as a function of the variable in which the motion is regular.
+
+        Parameters
+        ----------
+        s : float or array_like
+            Regular variable, s = sin^2(lambda).
+
+        Returns
+        -------
+        float or ndarray
+            V at s.
+        """
         oscillator = -self.k / 2 * (1 - 2 * s) * (1 - 2 * s)
         return oscillator + self.c / (1 - s) if self.c != 0 else oscillator
 
 
 def univariate(value: Arithmetic, slope: Arithmetic | None = None, curvature: Arithmetic | None = None) -> OneVariable:
-    """Make a function of one variable for a separable potential from plain Python functions.
+    """Make a function of one variable for a separable potential.
 
     Parameters
     ----------
     value : callable
-        V(x), a formula of one argument that runs on floats and NumPy arrays, in a form that Numba compiles.
+        V(x), a Python function of one argument. It must accept floats and NumPy arrays, and Numba must be able to
+        compile it.
     slope : callable, optional
-        dV/dx, of the same kind (default: the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding for
-        an analytic formula, at twice the cost).
+        Derivative dV/dx, a function of the same kind. Default: the complex-step derivative Im V(x + 1e-100 i)/1e-100.
+        For an analytic formula it is exact to round-off and costs twice as much.
     curvature : callable, optional
-        d2V/dx2, which tangent vectors need (default: the complex step of a given `slope`).
+        Second derivative, which deviation vectors need. Default: the complex-step derivative of a given `slope`.
 
     Returns
     -------
     NamedTuple
-        With the methods `value`, `slope` and, where given, `curvature`.
+        Value with the methods value, slope and, if known, curvature.
 
     Raises
     ------
     TypeError
-        An argument is not such a function.
+        If an argument is not a Python function.
     ValueError
-        A function is not vectorised or not real, or the slope is not the derivative.
+        If a function is not vectorised or not real, or if `slope` or `curvature` is not the derivative.
 
     Notes
     -----
-    Global numbers in the functions are fixed at their first compilation. For parameters that stay run-time values write
-    a NamedTuple with the same methods, like those of `fastaff.models.functions`. A point where a function is inf or NaN
-    is outside its domain: a hard wall for `action_angles`. Integrations need a potential that grows instead.
+    * Global numbers in the functions are fixed at their first compilation. For parameters that change at run time,
+      write a NamedTuple with the same methods, like `Oscillator`.
+    * A point where a function is infinite or NaN is outside its domain. For `action_angles` such a point is a hard
+      wall; integration needs a potential that grows instead.
 
     References
     ----------

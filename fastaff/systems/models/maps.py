@@ -32,11 +32,20 @@ def _map(coordinates: str, momenta: str) -> Any:
 
 @_map("x", "p")
 class StandardMap(NamedTuple):
-    """The standard map p' = p + K sin x, x' = x + p', x an angle.
+    """Define the standard map.
 
-    The last rotational invariant curve, of the golden mean, breaks at K = 0.971635406.
+    Parameters
+    ----------
+    K : float, default 0.971635406
+        Strength of the kicks. At the default the last rotational invariant curve, of the golden mean, breaks.
 
-    :Source: Chirikov 1979, Phys. Rep. 52, 263; Greene 1979, J. Math. Phys. 20, 1183.
+    Notes
+    -----
+    The map is ``p' = p + K sin x, x' = x + p'``. The coordinate x is an angle.
+
+    References
+    ----------
+    Chirikov 1979, Phys. Rep. 52, 263; Greene 1979, J. Math. Phys. 20, 1183.
 
     Examples
     --------
@@ -52,30 +61,81 @@ class StandardMap(NamedTuple):
         return 1
 
     def periods(self):
-        """Return the periods of x and p."""
+        """Return the periods of the rows.
+
+        Returns
+        -------
+        tuple of float
+            Periods 2 pi of x and 0 of p, which is not periodic.
+        """
         return TURN, 0.0
 
     def iterate(self, x, p):
-        """Return x', p'."""
+        """Return the image of a point.
+
+        Parameters
+        ----------
+        x, p : float or array_like
+            Angle in radians, and momentum.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the rows, in their order.
+        """
         p1 = p + self.K * np.sin(x)
         return x + p1, p1
 
     def tangent_iterate(self, x, p, dx, dp):
-        """Return the derivative of the map applied to a vector."""
+        """Apply the derivative of the map to a vector.
+
+        Parameters
+        ----------
+        x, p : float or array_like
+            Angle in radians, and momentum.
+        dx, dp : float or array_like
+            Vector of changes of the rows.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the vector.
+        """
         dp1 = dp + self.K * np.cos(x) * dx
         return dx + dp1, dp1
 
     def margin(self, x):
-        """Return 1: the map is defined everywhere."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Coordinate.
+
+        Returns
+        -------
+        float or ndarray
+            1: the map is defined everywhere.
+        """
         return 1.0 + 0.0 * x
 
 
 @_map("x", "p")
 class HenonMap(NamedTuple):
-    """Henon's quadratic area-preserving map: a rotation by 2 pi nu after the kick x^2, x' = x cos + (p + x^2) sin,
-    p' = -x sin + (p + x^2) cos.
+    """Define the quadratic area-preserving map of Henon.
 
-    :Source: Henon 1969, Quart. Appl. Math. 27, 291, whose y is -p.
+    Parameters
+    ----------
+    nu : float, default 0.2114
+        Tune at the origin, in turns per iterate.
+
+    Notes
+    -----
+    A kick x^2 is followed by a rotation by 2 pi nu: ``x' = x cos + (p + x^2) sin, p' = -x sin + (p + x^2) cos``.
+
+    References
+    ----------
+    Henon 1969, Quart. Appl. Math. 27, 291, whose y is -p.
 
     Examples
     --------
@@ -92,35 +152,86 @@ class HenonMap(NamedTuple):
         return 1
 
     def periods(self):
-        """Return 0: nothing winds."""
+        """Return the periods of the rows.
+
+        Returns
+        -------
+        tuple of float
+            Zeros: no row is periodic.
+        """
         return 0.0, 0.0
 
     def iterate(self, x, p):
-        """Return x', p'."""
+        """Return the image of a point.
+
+        Parameters
+        ----------
+        x, p : float or array_like
+            Coordinate and momentum.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the rows, in their order.
+        """
         c = np.cos(TURN * self.nu)
         s = np.sin(TURN * self.nu)
         kick = p + x * x
         return c * x + s * kick, c * kick - s * x
 
     def tangent_iterate(self, x, p, dx, dp):
-        """Return the derivative of the map applied to a vector."""
+        """Apply the derivative of the map to a vector.
+
+        Parameters
+        ----------
+        x, p : float or array_like
+            Coordinate and momentum.
+        dx, dp : float or array_like
+            Vector of changes of the rows.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the vector.
+        """
         c = np.cos(TURN * self.nu)
         s = np.sin(TURN * self.nu)
         kick = dp + 2 * x * dx
         return c * dx + s * kick, c * kick - s * dx
 
     def margin(self, x):
-        """Return 1: the map is defined everywhere."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Coordinate.
+
+        Returns
+        -------
+        float or ndarray
+            1: the map is defined everywhere.
+        """
         return 1.0 + 0.0 * x
 
 
 @_map("x", "p")
 class McMillanMap(NamedTuple):
-    """McMillan's integrable map x' = p, p' = -x + 2 m p/(1 + p^2): it has no chaotic orbit.
+    """Define the integrable map of McMillan.
 
-    It conserves x^2 p^2 + x^2 + p^2 - 2 m x p.
+    Parameters
+    ----------
+    m : float, default 1.6
+        Strength of the kick.
 
-    :Source: McMillan 1971, in Topics in Modern Physics, Brittin & Odabasi (eds.), 219.
+    Notes
+    -----
+    The map is ``x' = p, p' = -x + 2 m p/(1 + p^2)``. It conserves x^2 p^2 + x^2 + p^2 - 2 m x p, so it has no chaotic
+    orbit.
+
+    References
+    ----------
+    McMillan 1971, in Topics in Modern Physics, Brittin & Odabasi (eds.), 219.
 
     Examples
     --------
@@ -136,28 +247,85 @@ class McMillanMap(NamedTuple):
         return 1
 
     def periods(self):
-        """Return 0: nothing winds."""
+        """Return the periods of the rows.
+
+        Returns
+        -------
+        tuple of float
+            Zeros: no row is periodic.
+        """
         return 0.0, 0.0
 
     def iterate(self, x, p):
-        """Return x', p'."""
+        """Return the image of a point.
+
+        Parameters
+        ----------
+        x, p : float or array_like
+            Coordinate and momentum.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the rows, in their order.
+        """
         return p, 2 * self.m * p / (1 + p * p) - x
 
     def tangent_iterate(self, x, p, dx, dp):
-        """Return the derivative of the map applied to a vector."""
+        """Apply the derivative of the map to a vector.
+
+        Parameters
+        ----------
+        x, p : float or array_like
+            Coordinate and momentum.
+        dx, dp : float or array_like
+            Vector of changes of the rows.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the vector.
+        """
         w = 1 / (1 + p * p)
         return dp, 2 * self.m * (1 - p * p) * w * w * dp - dx
 
     def margin(self, x):
-        """Return 1: the map is defined everywhere."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        x : float or array_like
+            Coordinate.
+
+        Returns
+        -------
+        float or ndarray
+            1: the map is defined everywhere.
+        """
         return 1.0 + 0.0 * x
 
 
 @_map("x_1 x_2", "p_1 p_2")
 class FroeschleMap(NamedTuple):
-    """Two standard maps, coupled: p_1' = p_1 + K_1 sin x_1 + b sin(x_1 + x_2), p_2' likewise, x' = x + p'.
+    """Define two coupled standard maps.
 
-    :Source: Froeschle 1972, Astron. Astrophys. 16, 172.
+    Parameters
+    ----------
+    K_1 : float, default 0.5
+        Strength of the kicks of the first map.
+    K_2 : float, default 0.3
+        Strength of the kicks of the second map.
+    b : float, default 0.02
+        Strength of the coupling.
+
+    Notes
+    -----
+    The map is ``p_1' = p_1 + K_1 sin x_1 + b sin(x_1 + x_2)``, p_2' likewise, and x' = x + p'. The coordinates are
+    angles.
+
+    References
+    ----------
+    Froeschle 1972, Astron. Astrophys. 16, 172.
 
     Examples
     --------
@@ -175,36 +343,93 @@ class FroeschleMap(NamedTuple):
         return 2
 
     def periods(self):
-        """Return the periods of both angles, and 0 for the momenta."""
+        """Return the periods of the rows.
+
+        Returns
+        -------
+        tuple of float
+            Periods 2 pi of both angles and 0 of the momenta.
+        """
         return TURN, TURN, 0.0, 0.0
 
     def iterate(self, x_1, x_2, p_1, p_2):
-        """Return x_1', x_2', p_1', p_2'."""
+        """Return the image of a point.
+
+        Parameters
+        ----------
+        x_1, x_2, p_1, p_2 : float or array_like
+            Angles in radians, then their momenta.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the rows, in their order.
+        """
         both = self.b * np.sin(x_1 + x_2)
         a = p_1 + self.K_1 * np.sin(x_1) + both
         c = p_2 + self.K_2 * np.sin(x_2) + both
         return x_1 + a, x_2 + c, a, c
 
     def tangent_iterate(self, x_1, x_2, p_1, p_2, dx_1, dx_2, dp_1, dp_2):
-        """Return the derivative of the map applied to a vector."""
+        """Apply the derivative of the map to a vector.
+
+        Parameters
+        ----------
+        x_1, x_2, p_1, p_2 : float or array_like
+            Angles in radians, then their momenta.
+        dx_1, dx_2, dp_1, dp_2 : float or array_like
+            Vector of changes of the rows.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the vector.
+        """
         both = self.b * np.cos(x_1 + x_2) * (dx_1 + dx_2)
         a = dp_1 + self.K_1 * np.cos(x_1) * dx_1 + both
         c = dp_2 + self.K_2 * np.cos(x_2) * dx_2 + both
         return dx_1 + a, dx_2 + c, a, c
 
     def margin(self, x_1, x_2):
-        """Return 1: the map is defined everywhere."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        x_1, x_2 : float or array_like
+            Coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            1: the map is defined everywhere.
+        """
         return 1.0 + 0.0 * (x_1 + x_2)
 
 
 @_map("x y", "p_x p_y")
 class OneTurnMap(NamedTuple):
-    """The one-turn map of a linear accelerator lattice with one sextupole and one octupole: the 4-D Henon map.
+    """Define the one-turn map of a lattice with a sextupole and an octupole.
 
-    A kick p_x += x^2 - y^2 + k (x^3 - 3 x y^2), p_y += -2 x y + k (y^3 - 3 x^2 y), then turns by 2 pi nu_x and 2 pi
-    nu_y of the normalised coordinates. A particle is lost where x^2 + y^2 reaches aperture^2.
+    Parameters
+    ----------
+    nu_x : float, default 0.28
+        Horizontal tune at the origin, in turns per iterate.
+    nu_y : float, default 0.31
+        Vertical tune at the origin, in turns per iterate.
+    octupole : float, default 0
+        Strength k of the octupole.
+    aperture : float, length, default 1e3
+        A particle is lost if x^2 + y^2 reaches aperture^2.
 
-    :Source: Bazzani, Servizi, Todesco & Turchetti 1994, CERN 94-02; Todesco & Giovannozzi 1996, Phys. Rev. E 53, 4067.
+    Notes
+    -----
+    The lattice is linear apart from one thin kick: ``p_x += x^2 - y^2 + k (x^3 - 3 x y^2)`` and ``p_y += -2 x y + k
+    (y^3 - 3 x^2 y)``. Rotations by 2 pi nu_x and 2 pi nu_y of the normalised coordinates follow. The map is the
+    four-dimensional Henon map.
+
+    References
+    ----------
+    Bazzani, Servizi, Todesco & Turchetti 1994, CERN 94-02; Todesco & Giovannozzi 1996, Phys. Rev. E 53, 4067.
 
     Examples
     --------
@@ -224,11 +449,28 @@ class OneTurnMap(NamedTuple):
         return 2
 
     def periods(self):
-        """Return 0: nothing winds."""
+        """Return the periods of the rows.
+
+        Returns
+        -------
+        tuple of float
+            Zeros: no row is periodic.
+        """
         return 0.0, 0.0, 0.0, 0.0
 
     def iterate(self, x, y, p_x, p_y):
-        """Return x', y', p_x', p_y'."""
+        """Return the image of a point.
+
+        Parameters
+        ----------
+        x, y, p_x, p_y : float or array_like
+            Normalised coordinates, then their momenta.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the rows, in their order.
+        """
         cx = np.cos(TURN * self.nu_x)
         sx = np.sin(TURN * self.nu_x)
         cy = np.cos(TURN * self.nu_y)
@@ -241,7 +483,20 @@ class OneTurnMap(NamedTuple):
         return cx * x + sx * a, cy * y + sy * b, cx * a - sx * x, cy * b - sy * y
 
     def tangent_iterate(self, x, y, p_x, p_y, dx, dy, dp_x, dp_y):
-        """Return the derivative of the map applied to a vector."""
+        """Apply the derivative of the map to a vector.
+
+        Parameters
+        ----------
+        x, y, p_x, p_y : float or array_like
+            Normalised coordinates, then their momenta.
+        dx, dy, dp_x, dp_y : float or array_like
+            Vector of changes of the rows.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Image of the vector.
+        """
         cx = np.cos(TURN * self.nu_x)
         sx = np.sin(TURN * self.nu_x)
         cy = np.cos(TURN * self.nu_y)
@@ -254,7 +509,18 @@ class OneTurnMap(NamedTuple):
         return cx * dx + sx * a, cy * dy + sy * b, cx * a - sx * dx, cy * b - sy * dy
 
     def margin(self, x, y):
-        """Return aperture^2 - x^2 - y^2."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            Number aperture^2 - x^2 - y^2.
+        """
         return self.aperture * self.aperture - x * x - y * y
 
 

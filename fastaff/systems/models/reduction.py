@@ -6,23 +6,40 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import real
 from .angles import Coordinates2
 from .body import Body
 from .mechanics import system_of
 
 
+@inserts_parameters
 class ReducedBody(NamedTuple):
-    """A doubly isotropic body at given angular momenta of its planes, reduced by the rotations eta and gamma.
+    """Model a doubly isotropic body reduced by its rotations.
 
-    H = (p_alpha^2 + p_beta^2)/(2 mu) + p_eta^2/(2 mu alpha^2) + p_gamma^2/(2 mu beta^2) + V(alpha^2, beta^2). Rows of a
-    phase point: alpha, beta, p_alpha, p_beta. For p_gamma = 0 b moves on a straight line of its plane, so beta runs
-    through 0 and has either sign; likewise alpha for p_eta = 0. A periodic orbit of the reduced body is a relative
-    periodic orbit of the body: after a period the body has turned by some angles eta and gamma, and is periodic itself
-    only if both are rational turns. Make it with `reduced_body`, which checks its arguments.
+    `reduced_body` makes it and checks the arguments. The rows of a phase point are alpha, beta, p_alpha, p_beta.
 
-    :Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
-        Slawianowski in the chart EQ2.0b.
+    Parameters
+    ----------
+    potential : potential
+        Doubly isotropic potential.
+    {inertia}
+    p_eta, p_gamma : float, action, default 0
+        Angular momenta of the planes a and b, which are conserved.
+
+    Notes
+    -----
+    * Hamiltonian: ``H = (p_alpha^2 + p_beta^2)/(2 mu) + p_eta^2/(2 mu alpha^2) + p_gamma^2/(2 mu beta^2) + V(alpha^2,
+      beta^2)``.
+    * Signs: if p_gamma = 0, b moves on a straight line of its plane, so beta passes through 0 and has either sign. The
+      same holds for alpha if p_eta = 0.
+    * Periodic orbits: a periodic orbit of the reduced body is a relative periodic orbit of the body. After a period the
+      body has rotated by two angles. The orbit of the body is periodic only if both are rational fractions of a turn.
+
+    References
+    ----------
+    Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens & Slawianowski
+    in the chart EQ2.0b.
 
     Examples
     --------
@@ -51,16 +68,49 @@ class ReducedBody(NamedTuple):
         return Coordinates2()
 
     def velocity(self, p_alpha, p_beta):
-        """Return dq/dt = p/mu."""
+        """Return the velocity dq/dt = p/mu.
+
+        Parameters
+        ----------
+        p_alpha, p_beta : float or array_like
+            Momenta.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Rates of alpha and beta.
+        """
         w = 1.0 / self.mu
         return w * p_alpha, w * p_beta
 
     def kinetic_energy(self, p_alpha, p_beta):
-        """Return T of the two radii; that of the rotations is part of the potential."""
+        """Return the kinetic energy of alpha and beta.
+
+        Parameters
+        ----------
+        p_alpha, p_beta : float or array_like
+            Momenta.
+
+        Returns
+        -------
+        float or ndarray
+            Energy of both radii. The energy of the rotations is part of the effective potential.
+        """
         return (p_alpha * p_alpha + p_beta * p_beta) / (2 * self.mu)
 
     def force(self, alpha, beta):
-        """Return dp/dt = -grad of the effective potential."""
+        """Return the force dp/dt, minus the gradient of the effective potential.
+
+        Parameters
+        ----------
+        alpha, beta : float or array_like
+            Coordinates.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Rates of p_alpha and p_beta.
+        """
         V_A, V_B = self.potential.slopes(alpha * alpha, beta * beta)
         f = -2 * V_A * alpha
         g = -2 * V_B * beta
@@ -71,7 +121,20 @@ class ReducedBody(NamedTuple):
         return f, g
 
     def tangent_force(self, alpha, beta, d_alpha, d_beta):
-        """Return minus the Hessian of the effective potential times (d_alpha, d_beta)."""
+        """Return the change of the force along a vector.
+
+        Parameters
+        ----------
+        alpha, beta : float or array_like
+            Coordinates.
+        d_alpha, d_beta : float or array_like
+            Vector of changes of the coordinates.
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Minus the Hessian of the effective potential times the vector.
+        """
         A = alpha * alpha
         B = beta * beta
         dA = 2 * alpha * d_alpha
@@ -87,7 +150,18 @@ class ReducedBody(NamedTuple):
         return f, g
 
     def potential_energy(self, alpha, beta):
-        """Return the effective potential."""
+        """Return the effective potential.
+
+        Parameters
+        ----------
+        alpha, beta : float or array_like
+            Coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            V with the energy of the rotations.
+        """
         A = alpha * alpha
         B = beta * beta
         total = self.potential.value(A, B)
@@ -98,13 +172,33 @@ class ReducedBody(NamedTuple):
         return total
 
     def margin(self, alpha, beta):
-        """Return a number that is positive in the domain of the potential."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        alpha, beta : float or array_like
+            Coordinates.
+
+        Returns
+        -------
+        float or ndarray
+            Margin of the potential.
+        """
         return self.potential.margin(alpha * alpha, beta * beta)
 
     def from_planes(self, z):
-        """Return alpha, beta, p_alpha, p_beta (4, ...) of phase points z (8, ...) of the body; radii are not negative.
+        """Reduce phase points of the body.
 
-        The angles are dropped. The angular momenta of z are not checked: they should be those of this model.
+        The angles are dropped. The angular momenta of `z` are not checked: they should be those of this model.
+
+        Parameters
+        ----------
+        {body_states}
+
+        Returns
+        -------
+        ndarray, shape (4, ...)
+            Rows alpha, beta, p_alpha, p_beta, with alpha, beta >= 0.
         """
         a1, a2, b1, b2, pa1, pa2, pb1, pb2 = np.asarray(z, dtype=np.float64)
         alpha, beta = np.hypot(a1, a2), np.hypot(b1, b2)
@@ -114,8 +208,19 @@ class ReducedBody(NamedTuple):
         return np.array([alpha, beta, p_alpha, p_beta])
 
     def to_planes(self, z, eta=0.0, gamma=0.0):
-        """Return phase points (8, ...) of the body at alpha, beta, p_alpha, p_beta (4, ...), turned by eta and
-        gamma.
+        """Return phase points of the body.
+
+        Parameters
+        ----------
+        z : array_like, shape (4, ...)
+            Rows alpha, beta, p_alpha, p_beta.
+        eta, gamma : float or array_like, radians, default 0
+            Angles of the planes a and b.
+
+        Returns
+        -------
+        ndarray, shape (8, ...)
+            Rows a1, a2, b1, b2, then their momenta.
         """
         alpha, beta, p_alpha, p_beta = np.asarray(z, dtype=np.float64)
         across_a = self.p_eta / alpha if self.p_eta != 0.0 else 0.0 * alpha
@@ -132,30 +237,33 @@ class ReducedBody(NamedTuple):
 
 
 def reduced_body(model: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
-    """Reduce a doubly isotropic body by its rotations to the two degrees of freedom alpha and beta.
+    """Reduce a doubly isotropic body by its rotations to alpha and beta.
 
     Parameters
     ----------
-    model : `Body`
+    model : Body
         Body with a doubly isotropic potential.
     p_eta, p_gamma : float, action
-        Angular momenta of the planes a and b, which the motion conserves.
+        Angular momenta of the planes a and b, which are conserved.
 
     Returns
     -------
     `ReducedBody`
-        A model like any other; `from_planes` and `to_planes` convert phase points of the body.
+        Model of two degrees of freedom. Its methods from_planes and to_planes convert phase points of the body.
 
     Raises
     ------
-    TypeError, ValueError
-        The model is of another kind; a number is wrong.
+    TypeError
+        If `model` is not a doubly isotropic body, or if an angular momentum is not a number.
+    ValueError
+        If an angular momentum is not finite.
 
     Notes
     -----
-    The section p_alpha = 0, Hyperplane(normal=(0, 0, 1, 0)), is the body's AlphaTurning. The section p_beta = 0,
-    Hyperplane(normal=(0, 0, 0, 1)), is its BetaTurning where p_gamma is not 0. The reduced body has half the rows, so
-    twice the speed. The only neutral directions of its periodic orbits are those of the flow and of the energy.
+    * Sections: p_alpha = 0, ``Hyperplane(normal=(0, 0, 1, 0))``, is `AlphaTurning` of the body. If p_gamma is not 0,
+      p_beta = 0, ``Hyperplane(normal=(0, 0, 0, 1))``, is `BetaTurning`.
+    * Cost: the reduced body has half the rows and is twice as fast.
+    * Periodic orbits: their only neutral directions are those of the flow and of the energy.
 
     References
     ----------

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.docstrings import inserts_parameters
 from .angles import AlphaBeta, RVartheta
 from .contracts import OneVariable
 
@@ -17,17 +18,22 @@ TINY = 1e-300
 """Added to A and B under square roots: slopes at alpha = 0 or beta = 0 are those of a neighbouring point."""
 
 
+@inserts_parameters
 class SeparableAlphaBeta(NamedTuple):
-    """V = V_alpha(alpha) + V_beta(beta).
+    """Define a potential that separates in (alpha, beta).
 
     Parameters
     ----------
-    V_alpha, V_beta : functions of one variable
-        Of `fastaff.models`, or of `univariate`.
+    V_alpha, V_beta : function of one variable
+        Terms of V: each a class of `fastaff.models` or a result of `univariate`.
+
+    Notes
+    -----
+    The potential energy is ``V = V_alpha(alpha) + V_beta(beta)``. `StackelBody` adds the terms V_eta and V_gamma.
 
     References
     ----------
-    Martens & Slawianowski, EQ2.1 (V_eta, V_gamma: `StackelBody`).
+    Martens & Slawianowski, EQ2.1.
 
     Examples
     --------
@@ -49,38 +55,84 @@ class SeparableAlphaBeta(NamedTuple):
         return self
 
     def value(self, A, B):
-        """Return V."""
+        """Return the potential energy V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        float or ndarray
+            V, an energy.
+        """
         return self.V_alpha.value(np.sqrt(A)) + self.V_beta.value(np.sqrt(B))
 
     def slopes(self, A, B):
-        """Return V_A, V_B."""
+        """Return the first derivatives of V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            V_A and V_B, the derivatives with respect to A and B.
+        """
         alpha, beta = np.sqrt(A + TINY), np.sqrt(B + TINY)
         return self.V_alpha.slope(alpha) / (2 * alpha), self.V_beta.slope(beta) / (2 * beta)
 
     def curvatures(self, A, B):
-        """Return V_AA, V_AB, V_BB."""
+        """Return the second derivatives of V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            V_AA, V_AB and V_BB, the derivatives with respect to A and B.
+        """
         alpha, beta = np.sqrt(A + TINY), np.sqrt(B + TINY)
         V_AA = (self.V_alpha.curvature(alpha) - self.V_alpha.slope(alpha) / alpha) / (4 * alpha * alpha)
         V_BB = (self.V_beta.curvature(beta) - self.V_beta.slope(beta) / beta) / (4 * beta * beta)
         return V_AA, 0.0 * A, V_BB
 
     def margin(self, A, B):
-        """Return 0.5 where V is finite, else -0.5."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        float or ndarray
+            0.5 where V is finite, else -0.5.
+        """
         V = self.value(A, B)
         return 1.0 * (V - V == 0) - 0.5
 
 
+@inserts_parameters
 class SeparableRVartheta(NamedTuple):
-    """V = V_r(r) + V_vartheta(vartheta)/r, with r = alpha^2 + beta^2, tan(vartheta/2) = beta/alpha.
+    """Define a potential that separates in (r, vartheta).
 
     Parameters
     ----------
-    V_r, V_vartheta : functions of one variable
-        Of `fastaff.models`, or of `univariate`.
+    V_r, V_vartheta : function of one variable
+        Terms of V: each a class of `fastaff.models` or a result of `univariate`.
+
+    Notes
+    -----
+    The potential energy is ``V = V_r(r) + V_vartheta(vartheta)/r`` with r = alpha^2 + beta^2 and tan(vartheta/2) =
+    beta/alpha. `StackelBody` adds the terms V_eta and V_gamma.
 
     References
     ----------
-    Martens & Slawianowski, EQ2.2f (V_eta, V_gamma: `StackelBody`).
+    Martens & Slawianowski, EQ2.2f.
 
     Examples
     --------
@@ -102,11 +154,31 @@ class SeparableRVartheta(NamedTuple):
         return self
 
     def value(self, A, B):
-        """Return V."""
+        """Return the potential energy V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        float or ndarray
+            V, an energy.
+        """
         return self.V_r.value(A + B) + self.V_vartheta.value(2 * np.arctan2(np.sqrt(B), np.sqrt(A))) / (A + B)
 
     def slopes(self, A, B):
-        """Return V_A, V_B."""
+        """Return the first derivatives of V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            V_A and V_B, the derivatives with respect to A and B.
+        """
         r = A + B
         alpha = np.sqrt(A + TINY)
         beta = np.sqrt(B + TINY)
@@ -117,7 +189,17 @@ class SeparableRVartheta(NamedTuple):
         return along - across * beta / alpha, along + across * alpha / beta
 
     def curvatures(self, A, B):
-        """Return V_AA, V_AB, V_BB."""
+        """Return the second derivatives of V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            V_AA, V_AB and V_BB, the derivatives with respect to A and B.
+        """
         r = A + B
         alpha = np.sqrt(A + TINY)
         beta = np.sqrt(B + TINY)
@@ -137,25 +219,41 @@ class SeparableRVartheta(NamedTuple):
         )
 
     def margin(self, A, B):
-        """Return 0.5 where V is finite, else -0.5."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        float or ndarray
+            0.5 where V is finite, else -0.5.
+        """
         V = self.value(A, B)
         return 1.0 * (V - V == 0) - 0.5
 
 
+@inserts_parameters
 class SeparableElliptic(NamedTuple):
-    """V = (V_kappa(kappa) + V_lambda(lambda))/(2 (cosh^2 kappa - cos^2 lambda)).
-
-    alpha = sqrt2 cosh(kappa) cos(lambda), beta = sqrt2 sinh(kappa) sin(lambda). The chart's focus kappa = lambda = 0 is
-    the undeformed body: V is 0/0 there where V_kappa(0) + V_lambda(0) = 0, else singular.
+    """Define a potential that separates in the elliptic variables (kappa, lambda).
 
     Parameters
     ----------
-    V_kappa, V_lambda : functions of one variable
-        Of `fastaff.models`, or of `univariate`.
+    V_kappa, V_lambda : function of one variable
+        Terms of V: each a class of `fastaff.models` or a result of `univariate`.
+
+    Notes
+    -----
+    The potential energy is ``V = (V_kappa(kappa) + V_lambda(lambda))/(2 (cosh^2 kappa - cos^2 lambda))``. The variables
+    follow from alpha = sqrt2 cosh(kappa) cos(lambda) and beta = sqrt2 sinh(kappa) sin(lambda).
+
+    The focus kappa = lambda = 0 of the chart is the undeformed body. V is 0/0 there if V_kappa(0) + V_lambda(0) = 0,
+    else singular. `StackelBody` adds the terms V_eta and V_gamma.
 
     References
     ----------
-    Martens & Slawianowski, the elliptic Hamiltonian of section 3 (V_eta, V_gamma: `StackelBody`).
+    Martens & Slawianowski, the elliptic Hamiltonian of section 3.
 
     Examples
     --------
@@ -177,8 +275,16 @@ class SeparableElliptic(NamedTuple):
         return self
 
     def squares(self, A, B):
-        """Return sinh^2(kappa) and sin^2(lambda) at A = alpha^2, B = beta^2: no cancellation, 0 at the chart's
-        edges.
+        """Return the squares of sinh(kappa) and sin(lambda).
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Values of sinh^2(kappa) and sin^2(lambda), without cancellation, and 0 at the boundaries of the chart.
         """
         sigma = (A + B) / 2 - 1
         root = np.sqrt(sigma * sigma + 2 * B)
@@ -188,12 +294,32 @@ class SeparableElliptic(NamedTuple):
         return outside * large + (1 - outside) * small, outside * small + (1 - outside) * large
 
     def value(self, A, B):
-        """Return V."""
+        """Return the potential energy V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        float or ndarray
+            V, an energy.
+        """
         s, t = self.squares(A, B)
         return (self.V_kappa.value(np.arcsinh(np.sqrt(s))) + self.V_lambda.value(np.arcsin(np.sqrt(t)))) / (2 * (s + t))
 
     def slopes(self, A, B):
-        """Return V_A, V_B."""
+        """Return the first derivatives of V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            V_A and V_B, the derivatives with respect to A and B.
+        """
         s, t = self.squares(A, B + TINY)
         width = s + t
         kappa = np.arcsinh(np.sqrt(s))
@@ -206,7 +332,17 @@ class SeparableElliptic(NamedTuple):
         return V_A, V_A + (V_s + V_t) / (2 * width)
 
     def curvatures(self, A, B):
-        """Return V_AA, V_AB, V_BB."""
+        """Return the second derivatives of V.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            V_AA, V_AB and V_BB, the derivatives with respect to A and B.
+        """
         s, t = self.squares(A, B + TINY)
         kappa = np.arcsinh(np.sqrt(s))
         lam = np.arcsin(np.sqrt(t))
@@ -245,19 +381,47 @@ class SeparableElliptic(NamedTuple):
         )
 
     def margin(self, A, B):
-        """Return 0.5 where V is finite, else -0.5."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        {invariants}
+
+        Returns
+        -------
+        float or ndarray
+            0.5 where V is finite, else -0.5.
+        """
         V = self.value(A, B)
         return 1.0 * (V - V == 0) - 0.5
 
 
+@inserts_parameters
 class StackelBody(NamedTuple):
-    """Body with angular potentials: H = ``|p|^2``/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
+    """Model a body with angular potentials.
 
-    `potential` is a doubly isotropic one, V_eta and V_gamma functions of one angle (period 2 pi), mu > 0. With a
-    potential of one of the separable families the body is integrable, but not isotropic: spin and vorticity are not
-    conserved.
+    Parameters
+    ----------
+    potential : potential
+        Doubly isotropic potential, such as `SeparableAlphaBeta`.
+    V_eta, V_gamma : function of one variable
+        Functions of the angles eta and gamma with the period 2 pi.
+    {inertia}
 
-    :Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
+    Notes
+    -----
+    The Hamiltonian is ``H = |p|^2/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2``. With a
+    potential of a separable family the body is integrable but not isotropic: spin and vorticity are not conserved.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
+
+    Examples
+    --------
+    >>> body = fa.models.StackelBody(fa.Harmonic(), fa.models.Zero(), fa.models.Cosine(k=0.5))
+    >>> body.potential_energy(1.0, 0.0, 0.5, 0.0)
+    np.float64(2.625)
     """
 
     potential: Any
@@ -281,16 +445,46 @@ class StackelBody(NamedTuple):
         return "a1", "a2", "b1", "b2"
 
     def velocity(self, pa1, pa2, pb1, pb2):
-        """Return dq/dt = p/mu."""
+        """Return the velocity dq/dt = p/mu.
+
+        Parameters
+        ----------
+        {plane_momenta}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: the rates of a1, a2, b1, b2.
+        """
         w = 1.0 / self.mu
         return w * pa1, w * pa2, w * pb1, w * pb2
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
-        """Return T = ``|p|^2``/(2 mu)."""
+        """Return the kinetic energy.
+
+        Parameters
+        ----------
+        {plane_momenta}
+
+        Returns
+        -------
+        float or ndarray
+            Energy T = ``|p|^2``/(2 mu).
+        """
         return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
 
     def force(self, a1, a2, b1, b2):
-        """Return dp/dt = -grad V."""
+        """Return the force dp/dt = -grad V.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: the rates of the momenta.
+        """
         A = a1 * a1 + a2 * a2 + TINY
         B = b1 * b1 + b2 * b2 + TINY
         V_A, V_B = self.potential.slopes(A, B)
@@ -308,7 +502,18 @@ class StackelBody(NamedTuple):
         )
 
     def tangent_force(self, a1, a2, b1, b2, da1, da2, db1, db2):
-        """Return minus the Hessian of V times (da1, ..., db2)."""
+        """Return the change of the force along a vector.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+        {plane_changes}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: minus the Hessian of V times the vector.
+        """
         A = a1 * a1 + a2 * a2 + TINY
         B = b1 * b1 + b2 * b2 + TINY
         dA = 2 * (a1 * da1 + a2 * da2)
@@ -340,12 +545,32 @@ class StackelBody(NamedTuple):
         )
 
     def potential_energy(self, a1, a2, b1, b2):
-        """Return V."""
+        """Return the potential energy.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        float or ndarray
+            V, an energy.
+        """
         A = a1 * a1 + a2 * a2 + TINY
         B = b1 * b1 + b2 * b2 + TINY
         angular = self.V_eta.value(np.arctan2(a2, a1)) / A + self.V_gamma.value(np.arctan2(b2, b1)) / B
         return self.potential.value(A, B) + angular
 
     def margin(self, a1, a2, b1, b2):
-        """Return a number that is positive in the domain of the potential."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        float or ndarray
+            Margin of the potential.
+        """
         return self.potential.margin(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
