@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.docstrings import inserts_parameters
 from ...core.foreign import ForeignSystem, dispatch_adapter
 from ...core.numbers import positive, shown
 from ...engine.kinds import OPTIONS, TERMS
@@ -41,50 +42,58 @@ Text = str | object
 
 @says_progress
 @hinted
+@inserts_parameters
 def affine_body(
     text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
 ) -> FormulaBody:
-    """Make a body from its potential energy V, written as one line of mathematics; the derivatives are exact.
+    """Make a body from its potential energy V, written as a formula.
+
+    All derivatives are exact.
 
     Parameters
     ----------
     text : str or SymPy expression
-        V in the variables D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2,
-        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan and
-        gammainc(a, x), the regularised lower incomplete gamma function of a number a, 0 < a <= 4. Or the name of a
-        hyperelastic law in plane strain: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K), "gent" (G,
-        Jm, K), "hencky" and "saint-venant-kirchhoff" (G, lam); G is the shear modulus, mu the inertia.
-    mu : float or pair of floats, default 1
-        Inertia, or (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
-    domain : str, optional
-        Formula that is positive inside the domain of the potential.
-    **parameters : float
-        Value of each parameter of the formula, by name.
+        Potential energy V, either a formula or the name of a hyperelastic law in plane strain.
+
+        * Variables of a formula: D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u of phi = [[x, y], [z, u]]; a1, a2,
+          b1, b2. They may be mixed.
+        * Grammar: numbers, pi, ``+ - * / **``, sqrt, exp, log, sin, cos, tan, sinh, cosh, tanh, asin, acos, atan, and
+          gammainc(a, x), the regularised lower incomplete gamma function of a number a, 0 < a <= 4.
+        * Laws and their parameters: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K), "gent" (G, Jm, K),
+          "hencky" and "saint-venant-kirchhoff" (G, lam). G is the shear modulus.
+    mu : float or pair of float, default 1
+        Inertia, or a pair (mu_1, mu_2) for the kinetic energy T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
+    {formula_domain}
+    {formula_parameters}
 
     Returns
     -------
-    `Body` or a model of four degrees of freedom
-        Body(potential, mu) where V depends on alpha and beta alone and mu is a number. Otherwise a model with the
-        parameters and mu (mu_1, mu_2) as its fields. Parameters stay run-time values:
-        ``body.potential._replace(C=2.0)`` compiles nothing. The potential or the body has `.formula`, `.domain` and
-        `.proof` (the proof of isotropy).
+    model
+        If V depends on alpha and beta alone and `mu` is a number, a `Body`. Else a model of four degrees of freedom
+        with the parameters and the inertia as fields. The potential of the `Body`, or the model, has the fields of the
+        formula and the attributes formula, domain and proof (the proof of isotropy).
 
     Raises
     ------
-    ValueError, TypeError
-        The text is no formula (nothing is ever executed), a name has no value, a value is not used, or V changes under
-        D1 <-> D2, two names of one matrix.
+    TypeError
+        If `text` is neither a text nor an expression, or if a value is not a number.
+    ValueError
+        If the text is not a formula (no text is ever executed), a name has no value, or a value is not used. Also if V
+        changes under D1 <-> D2, two names of one matrix.
     ImportError
-        SymPy is missing and the formula is new.
+        If SymPy is missing and the formula is new.
 
     Notes
     -----
-    Without `domain` the margin is the least argument of the logarithms and roots, and of the poles with one sign where
-    D1 > D2 > 0. Decimal numbers are exact while derivatives are taken. V and its derivatives are evaluated as written:
-    accurate to rounding, as fast as a model written by hand (bench/test_formula.py). Where V has no formula in beta^2
-    (cos(D1) + cos(D2)), one evaluation takes four. The first use of a formula takes about a second (one of hundreds of
-    terms takes minutes). Later uses, in any process, take milliseconds and no SymPy. A named model may have more angles
-    and actions than its formula: Hyperelastic has a clock of its own.
+    * Domain: by default the margin is the least argument of the logarithms and roots, and of those poles that have one
+      sign for D1 > D2 > 0.
+    * Accuracy: V and its derivatives are evaluated as written, accurate to round-off. Decimal numbers are exact while
+      derivatives are taken.
+    * Cost: as fast as a handwritten model. If V has no formula in beta^2, as cos(D1) + cos(D2), one evaluation costs
+      four.
+    * First use: about 1 s, minutes for hundreds of terms. Later uses in any process need milliseconds and no SymPy.
+    * Another value of a parameter: ``body.potential._replace(C=2.0)`` compiles nothing.
+    * A named potential, such as `Hyperelastic`, may have more angles and actions than its formula.
 
     References
     ----------
@@ -112,6 +121,7 @@ def affine_body(
 
 @says_progress
 @hinted
+@inserts_parameters
 def hamiltonian(
     text: Text,
     /,
@@ -128,80 +138,76 @@ def hamiltonian(
     friction: float | str | None = None,
     **parameters: float,
 ) -> FormulaHamiltonian:
-    """Make a system with ``H = sum p_i^2/2 m_i + V(q)``, or a V(q, t) periodic in t, from V written as one line of
-    text; or with any H(q, p) or H(q, p, t), written with its momenta.
+    """Make a Hamiltonian system from a formula of its potential energy or of H.
+
+    The energy is ``H = sum p_i^2/(2 m_i) + V(q)``, with V periodic in t for a driven system. If you name the momenta,
+    the text is the whole of H(q, p) or H(q, p, t). All derivatives are exact.
 
     Parameters
     ----------
-    text : str, SymPy expression, or potential of another tool
-        V of the coordinates, or H of coordinates and momenta, in the grammar of `affine_body`. Derivatives are exact.
-        Also: an expression of heyoka; a potential of gala, or its Hamiltonian in a rotating frame, in kpc, Myr and
-        solar masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
+    text : str, SymPy expression or potential of another package
+        Formula of V, or of H, in the grammar of `affine_body`. Also accepted:
+
+        * an expression of heyoka;
+        * a potential of gala, or its Hamiltonian in a rotating frame, in kpc, Myr and solar masses;
+        * a potential of galpy, in its natural units.
+
+        Objects of gala and galpy bring their own coordinates and parameters.
     coordinates : str or sequence of str, optional
-        1 to 16 names (default: "x y", or those of the other tool's potential).
+        From 1 to 16 names. Default: "x y", or the coordinates of the other package's potential.
     momenta : str or sequence of str, optional
-        Their momenta: the text is then the whole of H.
+        Names of the momenta, if the text is the whole of H.
     periodic : dict of float or str, optional
-        Periods of coordinates that are angles, numbers or formulas of the parameters, {"x": "2*pi"}. States wind on;
-        sections such as "x=0" are then meant modulo the period.
+        Periods of periodic coordinates, for example {"x": "2*pi"}: numbers or formulas of the parameters. States are
+        not reduced to a period. A section such as "x=0" is taken modulo the period.
     masses : sequence of float, optional
-        One for each coordinate; they become the fields m_1, m_2, ... (default: 1, without fields).
-    domain : str, optional
-        Formula that is positive inside the domain of the potential.
+        One mass for each coordinate, which become the fields m_1, m_2, ... Default: masses of 1, without fields.
+    {formula_domain}
     rotation : float or str, optional
-        Rate Omega (radians per unit time) of rotation of the frame of the first two coordinates x, y: H - Omega (x p_y
-        - y p_x), with p the momenta in the frame at rest and V at rest in the rotating frame. The energy is Jacobi's
-        integral.
+        Rate Omega of a rotating frame of the first two coordinates x and y, in radians per unit time. H gets the term
+        -Omega (x p_y - y p_x). The momenta are those in the frame at rest; V rests in the rotating frame. The energy is
+        Jacobi's integral.
     magnetic : float or str, optional
-        Charge times magnetic field, e B, along x cross y, in the symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 +
-        y^2)/2 is added to V. The p are canonical momenta.
+        Charge times magnetic field, e B, along x cross y, in the symmetric gauge: Omega = e B/(2 m), and V gets the
+        term m Omega^2 (x^2 + y^2)/2. The momenta are canonical.
     vector_potential : dict of str, optional
-        Charge times vector potential, e A, of any magnetic field, {"y": "B*x + k*x**2/2"}: formulas like the text, by
-        the coordinates named, the others being 0; with a drive_period also of t. ``H = sum (p_i - e A_i)^2/2 m_i + V``;
-        V includes the charge too, the speed of light is 1 and p are the canonical momenta, p_x for x.
+        Charge times vector potential, e A, by coordinate, for example {"y": "B*x + k*x**2/2"}; other components are 0.
+        With a drive it may depend on t. ``H = sum (p_i - e A_i)^2/(2 m_i) + V``, where V includes the charge and the
+        speed of light is 1. The canonical momentum of x is p_x.
     drive_period : float or str, optional
-        Period of a driven system; t is the time in its formula.
+        Period of a driven system. The text may contain the time t.
     friction : float or str, optional
-        Rate g of dp/dt = -dV/dq - g p. Rotation, magnetic, friction and drive_period are formulas of the parameters
-        such as "2*pi/w", or numbers, which become fields of these names, that of drive_period the field `period`.
-    **parameters : float
-        Value of each parameter of the formula, by name.
+        Rate g of dp/dt = -dV/dq - g p. The energy is not conserved, so it is not checked: energy_error is 0. Supported
+        by `integrate`, `poincare_map`, `tangent_map` and `chaos_map`.
+    {formula_parameters}
 
     Returns
     -------
     model
-        Its fields are the parameters, rotation, magnetic, friction, masses and period. It has the methods of
-        `HenonHeiles`; its angles are loops in (q_i, p_i).
+        Model with the methods of `HenonHeiles`. Its fields are the parameters, rotation, magnetic, friction, masses and
+        period. If you give a rate or the drive period as a formula of the parameters, such as "2*pi/w", it is not a
+        field. The angles are loops in (q_i, p_i).
 
     Raises
     ------
-    ValueError, TypeError
-        The text is no formula (nothing is ever executed), a name has no value, a value is not used, V(q, t) is without
-        t or has another period, or the equations do not have the periods.
+    TypeError
+        If `text` or an option has a wrong type.
+    ValueError
+        If the text is not a formula (no text is ever executed), a name has no value, or a value is not used. Also if
+        V(q, t) does not contain t or has another period, or if the equations do not have the periods.
     ImportError
-        SymPy is missing and the formula is new.
+        If SymPy is missing and the formula is new.
 
     Notes
     -----
-    An H with momenta of the form T(p) + V(q) is split; with T quadratic it becomes the same model as V alone, with the
-    same bits. T must have no poles, and at p = 0 its least value, which counts as energy of V; else H is not split. A
-    further term -Omega (x p_y - y p_x) of the first two coordinates, with T isotropic in their momenta, becomes that of
-    `rotation`, which is exact. Any other is of the kind "H(q, p)": its schemes are GAUSS8 (default from 1e-11) and
-    GAUSS16, symplectic, and DOP853 and VERNER9, which `integrate` takes for short runs.
-
-    A driven system of n coordinates moves in the phase space extended by the time: rows q, t, p, p_t. p_t takes up the
-    work of the drive, so T + V + p_t is conserved and its error is checked like an energy. Starts of 2n rows have t = 0
-    and p_t = 0. t stays within the period, to rounding, however long a run is. Sections are those of constant t:
-    `Stroboscopic`, "t=0".
-
-    With friction, splittings solve each kick with its friction exactly. They are conformally symplectic, keep their
-    order unless it requires a quadratic T (KAHAN_LI8 and the like keep it), and contract the volume as exp(-n g t) to
-    rounding. Orbits, sections, tangent maps and chaos maps accept friction. Energy is lost, so it is not checked:
-    energy_error is 0.
-
-    Without `domain` the margin is the least argument of the logarithms and roots, and of the poles with one sign
-    everywhere. Accuracy and cost are those of `affine_body`; a rotating frame costs little more
-    (bench/test_rotating.py).
+    * H with momenta: H = T(p) + V(q) is split if T has no poles and its minimum at p = 0; that minimum counts as energy
+      of V. A term -Omega (x p_y - y p_x) becomes `rotation`. Any other H needs GAUSS8, GAUSS16, DOP853 or VERNER9.
+    * Drive: the rows are q, t, p, p_t, and T + V + p_t is conserved. Initial conditions of 2n rows have t = p_t = 0.
+      The time is reduced to the period. The only sections are `Stroboscopic`, "t=0".
+    * Friction: splittings are conformally symplectic and contract volume as exp(-n g t). BLANES_MOAN6 and other schemes
+      for a quadratic T lose their order.
+    * Domain: by default the margin is the least argument of logarithms and roots, and of poles with one sign
+      everywhere.
 
     References
     ----------

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.docstrings import inserts_parameters
 from ...core.foreign import dispatch_adapter
 from ...core.identity import told_apart
 from ...core.interruption import imported
@@ -32,6 +33,7 @@ SAME = 1e-10
 
 
 @says_progress
+@inserts_parameters
 def iterated_map(
     text: Text,
     /,
@@ -42,48 +44,51 @@ def iterated_map(
     domain: str | None = None,
     **parameters: float,
 ) -> FormulaMap:
-    """Make a map from text; its derivative is exact.
+    """Make a map from its equations, written as text; its derivative is exact.
 
     Parameters
     ----------
-    text : str, or lattice or map of another tool
-        Statements `name = formula` in the grammar of `affine_body`, one a line or separated by semicolons, such as "p1
-        = p + K*sin(x); x1 = x + p1". x1, or x', is the image of x; later statements may use it. Other names stand for
-        formulas used later. Also: a Line of xtrack or a lattice of PyAT, as the map of one turn of x, y, px, py on
-        momentum: its linear elements, kicks of thin multipoles, linear dipoles; others are refused by name. The path of
-        MAD-X's map_table or of a damap of MAD-NG, or a table with these columns: its Taylor series in the deviations of
-        x, px, y, py on momentum from the closed orbit, symplectic up to the order of truncation.
+    text : str, or lattice or map of another package
+        Statements ``name = formula`` in the grammar of `affine_body`, one a line or separated by semicolons, such as
+        "p1 = p + K*sin(x); x1 = x + p1". The image of x is x1 or x'; later statements may use it. Other names stand for
+        formulas that later statements use. Also accepted:
+
+        * a Line of xtrack or a lattice of PyAT: the one-turn map of x, y, px, py on momentum. It has the linear
+          elements, the kicks of thin multipoles and linear dipoles. Other elements raise an error that names them.
+        * the path of the map_table of MAD-X or of a damap of MAD-NG, or a table with these columns: the Taylor series
+          of x, px, y, py on momentum around the closed orbit. It is symplectic up to the order of truncation.
     coordinates, momenta : str or sequence of str, optional
-        Names of the variables, in pairs (default: x with p, p_x or px; q_1 with p_1; else the first half of the images
-        are those of coordinates).
+        Names of the variables, in pairs. Default: x with p, p_x or px, and q_1 with p_1. For other names the first half
+        of the images are coordinates.
     periodic : dict of float or str, optional
-        Periods of coordinates and momenta, numbers or formulas of the parameters, {"x": "2*pi"}. Each iterate reduces
-        these rows to half a period around 0. A period is refused if images of points a period apart are not equal up to
-        whole periods.
+        Periods of coordinates and momenta, for example {"x": "2*pi"}: numbers or formulas of the parameters. Each
+        iterate reduces these rows to half a period around 0.
     domain : str, optional
-        Formula of the coordinates that is positive inside the domain of the map, such as an aperture. Outside an orbit
-        ends.
-    **parameters : float
-        Value of each parameter of the text, by name.
+        Formula of the coordinates that is positive inside the domain, such as an aperture. An orbit ends outside.
+    {formula_parameters}
 
     Returns
     -------
     model
-        Its fields are the parameters, which stay run-time values; ``.symplectic`` tells whether the map is symplectic.
+        Map whose fields are the parameters. Its attribute symplectic is True if the map is symplectic.
 
     Raises
     ------
-    ValueError, TypeError
-        The text is no map (nothing is ever executed), a name has no value, or a value is not used.
+    TypeError
+        If `text` is neither a text nor a map of another package, or if a value is not a number.
+    ValueError
+        If the text is not a map (no text is ever executed), a name has no value, or a value is not used. Also if images
+        of points a period apart differ by more than whole periods.
     ImportError
-        SymPy is missing and the text is new.
+        If SymPy is missing and the text is new.
 
     Notes
     -----
-    Time is a whole number of iterates; exponents and tunes are per iterate. A map has neither step nor scheme nor
-    energy. In all analyses an orbit ends with the first iterate that is outside the domain (`LOST`) or not finite
-    (`NONFINITE`). No distance counts as an escape, unless you give a domain. Sections are the iterates themselves:
-    ``poincare_map(model, z0, crossings=1000)``.
+    * Time is a whole number of iterates. Exponents and tunes are per iterate.
+    * A map has no step, scheme or energy.
+    * An orbit ends with the first iterate that is outside the domain (status LOST) or not finite (NONFINITE). Without a
+      domain no distance counts as an escape.
+    * Sections are the iterates themselves: ``poincare_map(model, z0, crossings=1000)``.
 
     References
     ----------

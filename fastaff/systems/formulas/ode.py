@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from ...core.docstrings import inserts_parameters
 from ...core.foreign import call_for
 from ...core.numbers import real, shown
 from ...results.progress import says_progress
@@ -25,6 +26,7 @@ LENGTH = 2000
 
 
 @says_progress
+@inserts_parameters
 def ode(
     text: Text,
     /,
@@ -34,47 +36,52 @@ def ode(
     periodic: Mapping[str, float | str] | None = None,
     **parameters: float,
 ) -> FormulaODE:
-    """Make an autonomous system dz/dt = f(z) from equations written as text; the derivatives are exact.
+    """Make an autonomous system dz/dt = f(z) from equations; the derivatives are exact.
 
     Parameters
     ----------
-    text : str, or dict or sequence of pairs
-        One equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks: 1 to 16
-        variables, right-hand sides in the grammar of `affine_body`. Or the variables with their right-hand sides as
-        expressions of SymPy or of heyoka, {x: ...} or [(x, ...), ...]; par[0] of heyoka is the parameter par_0. Or a
-        model that `hamiltonian` made, a named system H(q, p), HenonHeiles, a Body of a named potential, or a
-        `affine_body` of D1 and D2, whose flow has the rows q, p (those of a body its stretches, D1 D2 p_D1 p_D2).
+    text : str, dict, sequence of pairs or model
+        Equations of 1 to 16 variables, in one of these forms:
+
+        * a text with one equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks,
+          in the grammar of `affine_body`;
+        * variables with their right-hand sides as expressions of SymPy or heyoka, {x: ...} or [(x, ...), ...]. The
+          parameter par[0] of heyoka becomes par_0;
+        * a model: a result of `hamiltonian`, a named system H(q, p), `HenonHeiles`, a `Body` of a named potential, or
+          an `affine_body` of D1 and D2. Its rows are q, p; for a body the stretches D1, D2, p_D1, p_D2.
     domain : str, optional
-        Formula that is positive inside the domain of the system (default of a model: its own).
+        Formula that is positive inside the domain. Default for a model: its own domain.
     forces : dict of str, optional
-        For a model: forces beside its own, by coordinate, {"x": "f*cos(w*t) - g*p_x"}. The time may occur in them as
-        cos(w*t) and sin(w*t), which become two further rows, `cosine` and `sine`, that run round a circle.
+        Additional forces on a model, by coordinate, for example {"x": "f*cos(w*t) - g*p_x"}. The time may occur only as
+        cos(w*t) and sin(w*t), which become two more rows, cosine and sine.
     periodic : dict of float or str, optional
-        Periods of the variables that are angles, {"x": "2*pi"}, numbers or formulas of the parameters (default of a
-        model: its own): a section x=c counts each turn.
-    **parameters : float
-        Value of each parameter, by name. Parameters stay run-time values.
+        Periods of periodic variables, for example {"x": "2*pi"}: numbers or formulas of the parameters. A section x=c
+        counts each turn. Default for a model: its own periods.
+    {formula_parameters}
 
     Returns
     -------
     model
-        Its fields are the parameters, its methods rates(z...) and tangent_rates(z..., dz...). `coordinates` are the
-        names of the variables in the order of the equations, and of the rows of z0 and all states.
+        System with the methods rates(z...) and tangent_rates(z..., dz...). Its fields are the parameters. Its
+        coordinates are the variables in the order of the equations, which is the order of the rows of all states.
 
     Raises
     ------
-    ValueError, TypeError
-        The text is no system of equations (nothing is ever executed), a name has no value, a value is not used, or the
-        equations do not have the periods.
+    TypeError
+        If `text` is of another kind, or if a value is not a number.
+    ValueError
+        If the text is not a system of equations (no text is ever executed), a name has no value, or a value is not
+        used. Also if the equations do not have the periods.
     ImportError
-        SymPy is missing and the text is new.
+        If SymPy is missing and the text is new.
 
     Notes
     -----
-    Runge-Kutta schemes integrate it (default DOP853; VERNER9, or RK4 with a step), in `integrate`, `poincare_map`
-    (sections x=c and Hyperplane), `tangent_map` and `chaos_map` with indicators of tangent vectors. There is no energy:
-    energy_error is 0, and the user must check conserved quantities. Cost: a state of an odd number of variables takes
-    the memory of one more.
+    * Methods: Runge-Kutta schemes only. Default: DOP853. VERNER9, and RK4 with a step, are available too.
+    * Supported: `integrate`, `poincare_map` with sections x=c and `Hyperplane`, `tangent_map`, and `chaos_map` with
+      indicators of deviation vectors.
+    * Accuracy: there is no energy, so energy_error is 0. Check conserved quantities yourself.
+    * Memory: a state of an odd number of variables needs the memory of one more.
 
     References
     ----------

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ....core.docstrings import inserts_parameters
 from ....core.numbers import positive, real
 from ..grammar import parse
 from .system import NamedSystem, chosen, makes, of_angles
@@ -21,6 +22,7 @@ TWO_POLAR = NamedSystem(
 
 
 @makes(TWO_POLAR)
+@inserts_parameters
 def TwoPolarBody(
     potential: str = "C/2*(D1**2 + D2**2) + C/(D1*D2)",
     *,
@@ -28,37 +30,43 @@ def TwoPolarBody(
     domain: str | None = None,
     **parameters: float,
 ) -> Any:
-    """Make a planar affinely-rigid body in its two-polar chart, the matrix O(phi) diag(D1, D2) O(psi)^T.
+    """Make a planar affinely-rigid body in its two-polar chart.
 
-    2 mu H = p_1^2 + p_2^2 + (p_phi - p_psi)^2/2 (D1 + D2)^2 + (p_phi + p_psi)^2/2 (D1 - D2)^2 + 2 mu V(D1, D2).
-    `Body` is the same in Cartesian planes, without singular points and faster.
+    The chart is phi = O(phi) diag(D1, D2) O(psi)^T. `Body` is the same system in Cartesian planes: it has no singular
+    points and is faster.
 
     Parameters
     ----------
-    potential : str
-        V in the grammar of `affine_body`, of D1, D2 and parameters; the default, EQ2.2h, has the parameter C.
+    potential : str, default "C/2*(D1**2 + D2**2) + C/(D1*D2)"
+        Formula of V, in the grammar of `affine_body`, of D1, D2 and parameters. The default is EQ2.2h; its parameter C
+        is 1 unless you give it.
     inertia : float, default 1
-        mu, positive.
-    domain : str, optional
-        Formula that is positive in the domain of V.
-    **parameters : float
-        Values of the parameters of V; the default potential has C = 1 unless it is given.
+        Inertia mu, positive.
+    {formula_domain}
+    {formula_parameters}
 
     Returns
     -------
     model
-        As of `hamiltonian`, with the fields inertia and parameters, rows D1, D2, phi, psi, p_1, p_2, p_phi, p_psi.
-        Orbits stay on one side of D1 = D2, where the chart is singular.
+        Model of `hamiltonian` with the inertia and the parameters as fields. Its rows are D1, D2, phi, psi, p_1, p_2,
+        p_phi, p_psi.
 
     Raises
     ------
-    ValueError, TypeError
-        As of `hamiltonian`, and where the inertia is not a positive number.
+    TypeError
+        If `potential` is not a text, or if a value is not a number.
+    ValueError
+        If `potential` is not a formula, or if the inertia is not positive.
+    ImportError
+        If SymPy is missing and the formula is new.
 
     Notes
     -----
-    Conserved (`constants_of_motion`): energy, spin p_phi, vorticity p_psi. `charts.TWO_POLAR` turns phase points of
-    `Body` into those of this chart and back.
+    * Hamiltonian: ``2 mu H = p_1^2 + p_2^2 + (p_phi - p_psi)^2/(2 (D1 + D2)^2) + (p_phi + p_psi)^2/(2 (D1 - D2)^2) + 2
+      mu V``.
+    * Conserved (`constants_of_motion`): energy, spin p_phi, vorticity p_psi.
+    * The chart is singular at D1 = D2; orbits stay on one side.
+    * `TWO_POLAR` converts phase points of `Body` to this chart and back.
 
     References
     ----------
@@ -109,6 +117,7 @@ AFFINE = {
 
 
 @makes(*AFFINE.values())
+@inserts_parameters
 def AffineBody(
     invariance: str = "left",
     *,
@@ -120,38 +129,46 @@ def AffineBody(
 ) -> Any:
     """Make a planar affinely-rigid body with an affinely invariant kinetic energy.
 
-    T = I/2 Tr(W^T W) + A/2 Tr(W^2) + B/2 (Tr W)^2, where W is the affine velocity in the body, phi^-1 phi', for "left"
-    (T is invariant under phi -> g phi, deformations of space), and in space, phi' phi^-1, for "right" (phi -> phi g, of
-    the body). "both" has I = 0; with A = 1, B = c/2 its T is (ds/dt)^2 of EQ6.22, of signature (+++-).
-
     Parameters
     ----------
-    invariance : "left", "right" or "both"
-        The action of GL(2, R) that leaves T unchanged.
-    I, A, B : float
-        Constants of inertia; T is positive where I > abs(A) and I + A + 2 B > 0. "both" has no I.
+    invariance : {"left", "right", "both"}, default "left"
+        Action of GL(2, R) that leaves the kinetic energy T unchanged.
+
+        * "left": phi -> g phi, deformations of space. The affine velocity is W = phi^-1 phi', in the body.
+        * "right": phi -> phi g, deformations of the body. The affine velocity is W = phi' phi^-1, in space.
+        * "both": as "right" with I = 0.
+    I, A, B : float, default 1, 0.5 and 0
+        Constants of inertia. T is positive if I > abs(A) and I + A + 2 B > 0. For "both" I is not used.
     potential : str, optional
-        V in the grammar of `affine_body`, of ``det`` = D1 D2, ``r`` = D1^2 + D2^2 and parameters: any isotropic one.
-    **parameters : float
-        Values of the parameters of V.
+        Formula of V, in the grammar of `affine_body`, of ``det`` = D1 D2, ``r`` = D1^2 + D2^2 and parameters. Every
+        isotropic potential can be written so.
+    {formula_parameters}
 
     Returns
     -------
     model
-        As of `hamiltonian`, with the fields I, A, B and parameters, in the matrix elements, rows x, y, z, u, p_x, p_y,
-        p_z, p_u, phi = [[x, y], [z, u]]. T is a polynomial, without singular points.
+        Model of `hamiltonian` with I, A, B and the parameters as fields. Its rows are x, y, z, u, p_x, p_y, p_z, p_u,
+        with phi = [[x, y], [z, u]]. T is a polynomial without singular points.
 
     Raises
     ------
-    ValueError, TypeError
-        As of `hamiltonian`, and where invariance is none of these or the constants make T degenerate.
+    TypeError
+        If `invariance` or `potential` is not a text, or if a value is not a number.
+    ValueError
+        If `invariance` is another text, if the constants make T degenerate, or if `potential` is not a formula.
+    ImportError
+        If SymPy is missing and the formula is new.
 
     Notes
     -----
-    With ``Sigma = phi p^T`` (affine spin; in the body ``p^T phi``) T is ((S_11 - S_22)^2 + (S_12 + S_21)^2)/4 (I + A) +
-    (S_12 - S_21)^2/4 (I - A) + (Tr S)^2/4 (I + A + 2 B), S in the body for "left". Conserved (`constants_of_motion`):
-    energy, p_phi, p_psi; without V also Sigma, 11 to 22, for "left", Sigma_body for "right", and both for "both". Then
-    phi(t) = exp(W t) phi(0) for "both"; for "left" with a steady turn of the body, for "right" of space.
+    * T = I/2 Tr(W^T W) + A/2 Tr(W^2) + B/2 (Tr W)^2. For "both", A = 1 and B = c/2 give (ds/dt)^2 of EQ6.22, of
+      signature (+++-).
+    * With the affine spin ``S = phi p^T``, for "left" ``p^T phi``: T = ((S_11 - S_22)^2 + (S_12 + S_21)^2)/4(I + A) +
+      (S_12 - S_21)^2/4(I - A) + (Tr S)^2/4(I + A + 2 B).
+    * Conserved (`constants_of_motion`): energy, p_phi, p_psi. Without V also Sigma_11 to Sigma_22 for "left",
+      Sigma_body for "right", all for "both".
+    * Motion without V: phi(t) = exp(W t) phi(0) for "both"; a steady rotation of the body ("left") or of space
+      ("right") is added.
 
     References
     ----------

@@ -32,32 +32,36 @@ ELLIPSOID = NamedSystem(
 
 @makes(ELLIPSOID)
 def EllipsoidGeodesic(a: float = 1.0, b: float = 1.2, c: float = 1.5) -> Any:
-    """Make the geodesic flow on the ellipsoid x^2/a^2 + y^2/b^2 + z^2/c^2 = 1, in Cartesian coordinates.
-
-    ``H = s |n x p|^2/(2 |n|^2)`` with the normal n = (x/a^2, y/b^2, z/c^2), and s = x^2/a^2 + y^2/b^2 + z^2/c^2, which
-    is conserved.
+    """Make the geodesic flow on the ellipsoid x^2/a^2 + y^2/b^2 + z^2/c^2 = 1.
 
     Parameters
     ----------
-    a, b, c : float
-        Semiaxes, positive, in any order; two or three may be equal.
+    a, b, c : float, length, default 1, 1.2 and 1.5
+        Semiaxes, positive, in any order. Two or three may be equal.
 
     Returns
     -------
     model
-        As of `hamiltonian`, with the fields a, b, c, rows x, y, z, p_x, p_y, p_z; without singular points.
+        Model of `hamiltonian` with the semiaxes as fields. Its rows are the Cartesian coordinates x, y, z, then p_x,
+        p_y, p_z. It has no singular points.
 
     Raises
     ------
-    ValueError, TypeError
-        A semiaxis is not a positive number.
+    TypeError
+        If a semiaxis is not a number.
+    ValueError
+        If a semiaxis is not positive.
 
     Notes
     -----
-    Starts are points of the surface, s = 1, with the velocity, a tangent vector, for p. Later velocities are ``rates``:
-    p differs from them by a vector along the normal, and H does not depend on that. Conserved (`constants_of_motion`):
-    energy, Joachimsthal's integral (x^2/a^4 + ...)(x'^2/a^2 + ...), size = s, and qp = x . p. Over 10^4 turns of an
-    ellipsoid the first two change by less than 1e-12, if the step keeps the scheme's own error below that.
+    * Hamiltonian: ``H = s |n x p|^2/(2 |n|^2)`` with the normal n = (x/a^2, y/b^2, z/c^2) and the conserved s = x^2/a^2
+      + y^2/b^2 + z^2/c^2.
+    * Initial conditions: points of the surface, s = 1, with the velocity, a tangent vector, for p.
+    * Velocities: the method rates returns them. p differs from the velocity by a vector along the normal, of which H is
+      independent.
+    * Conserved (`constants_of_motion`): energy, Joachimsthal's integral (x^2/a^4 + ...)(x'^2/a^2 + ...), size = s, qp =
+      x . p.
+    * Accuracy: over 10^4 turns the first two change by less than 1e-12 if the scheme's own error is smaller.
 
     References
     ----------
@@ -105,39 +109,44 @@ MINO = NamedSystem(
 
 @makes(KERR, MINO)
 def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
-    """Make the geodesics of massive particles around a rotating black hole, in Boyer and Lindquist's coordinates.
+    """Make the geodesics of massive particles around a rotating black hole.
 
-    Units: G = c = 1, the hole's mass 1, the particle's mass 1. With coordinate time H(r, theta, phi, p_r, p_theta,
-    p_phi) = -p_t, the energy that solves g^(mu nu) p_mu p_nu = -1. With Mino's time lambda, d tau = Sigma d lambda, H =
-    Sigma (g^(mu nu) p_mu p_nu + 1)/2 of t, r, theta, phi and their momenta: it separates, and its orbits are those
-    with H = 0.
+    The coordinates are those of Boyer and Lindquist. Units: G = c = 1, the mass of the hole is 1, the mass of the
+    particle is 1.
 
     Parameters
     ----------
-    a : float
-        Spin of the hole, -1 < a < 1; p_phi < 0 for retrograde orbits of a > 0.
-    time : "coordinate" or "mino"
-        The independent variable of integrations.
+    a : float, default 0.5
+        Spin of the hole, -1 < a < 1. Orbits with p_phi < 0 are retrograde for a > 0.
+    time : {"coordinate", "mino"}, default "coordinate"
+        Independent variable.
+
+        * "coordinate": H(r, theta, phi, p_r, p_theta, p_phi) = -p_t, the energy E that solves g^(mu nu) p_mu p_nu = -1.
+        * "mino": Mino's time lambda, d tau = Sigma d lambda, with H = Sigma (g^(mu nu) p_mu p_nu + 1)/2 of t, r, theta,
+          phi and their momenta. It separates. Orbits have H = 0.
 
     Returns
     -------
     model
-        As of `hamiltonian`, with the field a, outside the horizon: the margin is r less its radius. Orbits that fall in
-        end OUT_OF_DOMAIN.
+        Model of `hamiltonian` with the field a, outside the horizon. The margin is r less the radius of the horizon.
+        Orbits that fall in get the status OUT_OF_DOMAIN.
 
     Raises
     ------
-    ValueError, TypeError
-        a is not a number between -1 and 1, or time is none of these.
+    TypeError
+        If `a` is not a number or `time` is not a text.
+    ValueError
+        If `a` is not between -1 and 1, or `time` is another text.
 
     Notes
     -----
-    H = E, in coordinate time, or -p_t = E, p_phi and Carter's Q = p_theta^2 + cos(theta)^2 (a^2 (1 - E^2) +
-    p_phi^2/sin(theta)^2) are conserved (`constants_of_motion`). Mean rates in Mino's time are Upsilon_r, Upsilon_theta,
-    Upsilon_phi and, for t, Gamma; those in coordinate time are Upsilon/Gamma. Frequency maps have these, or another
-    basis of them: above eccentricities of some 0.5 the strongest line of theta is that of Upsilon_theta - Upsilon_r,
-    as the mean of theta over a radial turn varies more than theta swings. Equatorial orbits have theta = pi/2,
-    p_theta = 0. The chart is singular on the axis, theta = 0 and pi.
+    * Conserved (`constants_of_motion`): E, p_phi and Carter's Q = p_theta^2 + cos(theta)^2 (a^2 (1 - E^2) +
+      p_phi^2/sin(theta)^2).
+    * Frequencies: in Mino's time the mean rates are Upsilon_r, Upsilon_theta, Upsilon_phi and, for t, Gamma. In
+      coordinate time they are Upsilon/Gamma.
+    * Basis: `frequency_map` returns these frequencies or another basis. For eccentricities above 0.5 the dominant line
+      of theta is Upsilon_theta - Upsilon_r.
+    * Equatorial orbits have theta = pi/2, p_theta = 0. The chart is singular on the axis, theta = 0 and pi.
 
     References
     ----------

@@ -26,29 +26,35 @@ PENDULUM = NamedSystem(
 
 @makes(PENDULUM)
 def SphericalPendulum(m: float = 1.0, l: float = 1.0, g: float = 1.0) -> Any:
-    """Make a spherical pendulum: the angle theta from straight down, and the azimuth phi.
-
-    H = (p_theta^2 + p_phi^2/sin(theta)^2)/(2 m l^2) - m g l cos theta.
+    """Make a spherical pendulum.
 
     Parameters
     ----------
-    m, l, g : float, default 1
-        Mass, length and gravity, positive, in any units.
+    m : float, mass, default 1
+        Mass, positive.
+    l : float, length, default 1
+        Length, positive.
+    g : float, acceleration, default 1
+        Gravity, positive.
 
     Returns
     -------
     model
-        As of `hamiltonian`, with the fields m, l, g, rows theta, phi, p_theta, p_phi.
+        Model of `hamiltonian` with the fields m, l, g. Its rows are theta, phi, p_theta, p_phi: the angle from straight
+        down and the azimuth, in radians.
 
     Raises
     ------
-    ValueError, TypeError
-        A parameter is not a positive number.
+    TypeError
+        If a parameter is not a number.
+    ValueError
+        If a parameter is not positive.
 
     Notes
     -----
-    Conserved (`constants_of_motion`): energy and p_phi. The chart is singular at the poles, which orbits with p_phi
-    other than 0 do not reach.
+    * Hamiltonian: ``H = (p_theta^2 + p_phi^2/sin(theta)^2)/(2 m l^2) - m g l cos theta``.
+    * Conserved (`constants_of_motion`): energy and p_phi.
+    * The chart is singular at the poles, which orbits with p_phi other than 0 do not reach.
 
     References
     ----------
@@ -75,31 +81,36 @@ SYMMETRIC = NamedSystem(
 
 @makes(SYMMETRIC)
 def SymmetricTop(I_1: float = 1.0, I_3: float = 0.5, h: float = 1.0) -> Any:
-    """Make a heavy symmetric top with a fixed point on its axis (Lagrange's), in Euler's angles.
-
-    H = p_theta^2/2 I_1 + (p_phi - p_psi cos theta)^2/(2 I_1 sin(theta)^2) + p_psi^2/2 I_3 + h cos theta, theta from
-    straight up.
+    """Make a heavy symmetric top with a fixed point on its axis (Lagrange's).
 
     Parameters
     ----------
-    I_1, I_3 : float
-        Moments of inertia across the axis and along it, at the fixed point, positive.
-    h : float
+    I_1 : float, moment of inertia, default 1
+        Moment across the axis, at the fixed point, positive.
+    I_3 : float, moment of inertia, default 0.5
+        Moment along the axis, positive.
+    h : float, energy, default 1
         Weight times the distance of the centre of mass from the fixed point, along the axis.
 
     Returns
     -------
     model
-        As of `hamiltonian`, with the fields I_1, I_3, h, rows theta, phi, psi and their momenta.
+        Model of `hamiltonian` with the fields I_1, I_3, h. Its rows are Euler's angles theta (from straight up), phi,
+        psi, in radians, and their momenta.
 
     Raises
     ------
-    ValueError, TypeError
-        A moment of inertia is not a positive number, or h is not a number.
+    TypeError
+        If a parameter is not a number.
+    ValueError
+        If a moment of inertia is not positive.
 
     Notes
     -----
-    Conserved (`constants_of_motion`): energy, p_phi, p_psi. The chart is singular at theta = 0 and pi.
+    * Hamiltonian: ``H = p_theta^2/(2 I_1) + (p_phi - p_psi cos theta)^2/(2 I_1 sin(theta)^2) + p_psi^2/(2 I_3) + h cos
+      theta``.
+    * Conserved (`constants_of_motion`): energy, p_phi, p_psi.
+    * The chart is singular at theta = 0 and pi.
 
     References
     ----------
@@ -186,41 +197,41 @@ def AsymmetricTop(
     *,
     chart: str = "euler",
 ) -> Any:
-    """Make a rigid body about a fixed point, its centre of mass anywhere.
-
-    H = L_1^2/2 I_1 + L_2^2/2 I_2 + L_3^2/2 I_3 + h . up, of the angular momentum L and the vertical along the principal
-    axes.
+    """Make a rigid body about a fixed point, with any centre of mass.
 
     Parameters
     ----------
-    I_1, I_2, I_3 : float
-        Principal moments of inertia at the fixed point, positive.
-    h_1, h_2, h_3 : float, default 0
-        Weight times the centre of mass, along the principal axes; 0 is Euler's free top.
-    chart : "euler" or "quaternion"
-        Euler's angles (z-x-z) theta, phi, psi, singular at theta = 0 and pi; or a quaternion q0, ..., q3 that turns the
-        body's axes into those of space, without singular points.
+    I_1, I_2, I_3 : float, moment of inertia, default 1, 2 and 3
+        Principal moments at the fixed point, positive.
+    h_1, h_2, h_3 : float, energy, default 0
+        Weight times the position of the centre of mass, along the principal axes. Zeros are Euler's free top.
+    chart : {"euler", "quaternion"}, default "euler"
+        Coordinates of the body.
+
+        * "euler": Euler's angles theta, phi, psi (z-x-z) in radians, singular at theta = 0 and pi.
+        * "quaternion": q0, ..., q3, which rotates the axes of the body into those of space. It has no singular points.
 
     Returns
     -------
     model
-        As of `hamiltonian`, with the fields I_1 to h_3, and rows of the chart and its momenta.
+        Model of `hamiltonian` with the fields I_1 to h_3. Its rows are those of the chart and their momenta.
 
     Raises
     ------
-    ValueError, TypeError
-        A moment of inertia is not a positive number, an h is not a number, or chart is none of these.
+    TypeError
+        If a parameter is not a number or `chart` is not a text.
+    ValueError
+        If a moment of inertia is not positive, or if `chart` is another text.
 
     Notes
     -----
-    In Euler's angles ``up = (sin theta sin psi, sin theta cos psi, cos theta)``, ``L_1 = k sin psi + p_theta cos psi``,
-    ``L_2 = k cos psi - p_theta sin psi``, ``L_3 = p_psi`` with ``k = (p_phi - p_psi cos theta)/sin theta``. A body of
-    the quaternion q with the angular momentum L has ``p = 2 q L``, a product of quaternions; H depends on q by its
-    direction alone, so that ``q2 = q . q`` and ``qp = q . p`` are conserved too.
-
-    Conserved (`constants_of_motion`): energy, p_phi; and for special parameters L2 = L^2 (Euler: h = 0),
-    p_psi (Lagrange: I_1 = I_2, h_1 = h_2 = 0), Kovalevskaya's integral (I_1 = I_2 = 2 I_3, h_3 = 0), Goryachev's and
-    Chaplygin's (I_1 = I_2 = 4 I_3, h_3 = 0), the last on p_phi = 0 only.
+    * Hamiltonian: ``H = L_1^2/(2 I_1) + L_2^2/(2 I_2) + L_3^2/(2 I_3) + h . up``, with the angular momentum L and the
+      vertical along the principal axes.
+    * Euler's angles: ``up = (sin theta sin psi, sin theta cos psi, cos theta)``, ``L_1 = k sin psi + p_theta cos psi``,
+      ``L_2 = k cos psi - p_theta sin psi``, ``L_3 = p_psi``, ``k = (p_phi - p_psi cos theta)/sin theta``.
+    * Quaternion: ``p = 2 q L``. ``q2 = q . q`` and ``qp = q . p`` are conserved too.
+    * Conserved (`constants_of_motion`): energy, p_phi; L2 (h = 0); p_psi (I_1 = I_2, h_1 = h_2 = 0); Kovalevskaya's
+      integral (I_1 = I_2 = 2 I_3, h_3 = 0); Goryachev-Chaplygin's (I_1 = I_2 = 4 I_3, h_3 = 0, p_phi = 0 only).
 
     References
     ----------
