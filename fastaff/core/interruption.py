@@ -12,10 +12,15 @@ from typing import Any
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; `.partial` is the result so far, where unfinished orbits have the status INTERRUPTED.
+    """Report Ctrl-C during a run, with the result so far.
 
-    Finished parts have the same bits as in a complete run. While a function still chooses steps there is nothing so
-    far: there Ctrl-C is a plain KeyboardInterrupt.
+    Unfinished orbits have the status INTERRUPTED. Finished parts are bitwise the same as in a complete run. While a
+    function still chooses steps there is no result: Ctrl-C raises ``KeyboardInterrupt``.
+
+    Attributes
+    ----------
+    partial : Result or None
+        Result so far.
     """
 
     partial: Any = None

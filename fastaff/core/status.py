@@ -22,7 +22,42 @@ LOST_CODE = 12
 
 
 class Status(IntEnum):
-    """Outcome of an orbit; `.sentence` is the outcome in words, `.left` whether the orbit left its region."""
+    """Enumerate the outcomes of an orbit.
+
+    Attributes
+    ----------
+    OK : 0
+        The orbit finished.
+    NONFINITE : 1
+        A coordinate became infinite or NaN.
+    OUT_OF_DOMAIN : 2
+        The orbit left the domain of the potential.
+    ESCAPED : 3
+        The orbit went beyond the escape radius, a million times its own size.
+    ENERGY_DRIFT : 4
+        The energy error exceeds the tolerance.
+    TOO_FEW_CROSSINGS : 5
+        The orbit reached ``max_time`` before the requested number of crossings.
+    NOT_CONVERGED : 6
+        An iteration did not reach its tolerance.
+    INTERRUPTED : 7
+        The orbit was stopped before its end.
+    STEP_TOO_SMALL : 8
+        The adaptive step fell below the resolution of time, or stays 10^4 times shorter than it was.
+    UNBOUND : 9
+        A coordinate has no turning point on one side, so there is no torus.
+    ACTION_ZERO : 10
+        An action is 0, so its angle has no value.
+    SEPARATRIX : 11
+        The orbit is on the border of two regions, so a frequency has two limits.
+    LOST : 12
+        The orbit left the domain of a map, or stays at one point to the last sample.
+
+    Examples
+    --------
+    >>> fa.Status.ESCAPED.left, fa.Status.OK.sentence
+    (True, 'finished')
+    """
 
     OK = OK_CODE
     NONFINITE = NONFINITE_CODE
@@ -87,7 +122,10 @@ def describe(status: np.ndarray, of_which: str = "") -> str:
 
 
 class OrbitError(RuntimeError):
-    """Raised by `.raise_if_failed()` where some orbit has another status than OK."""
+    """Report that some orbit has another status than OK.
+
+    The method raise_if_failed of a result raises it, with the count of each outcome.
+    """
 
 
 def raise_if_failed(status: np.ndarray) -> None:

@@ -177,13 +177,34 @@ def _nystrom_block(kind: str, line: str, classes: tuple, rows: StateRows, terms:
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:
-    """Return the text that is compiled for `kind` of a model or section: the loop over lanes around its scalar methods.
+    """Return the text that is compiled for a model or a section.
 
-    kind: "splitting" (steps of one), "precise_splitting" (with carried rounding errors), "march" (one orbit),
-    "derivative", "check", "inside", "kinetic", "potential", "along" (the flow) of a model, "value" of a section, for
-    which degrees_of_freedom must be given; vectors: tangent vectors that a state carries.
+    Parameters
+    ----------
+    value : NamedTuple
+        Model or section.
+    kind : str
+        Kind of the loop over lanes around the scalar methods.
 
-    :Raises: ValueError for an unknown kind, TypeError for another value.
+        * of a model: "splitting" (steps of a splitting), "precise_splitting" (with compensated summation), "march" (one
+          orbit), "derivative", "check", "inside", "kinetic", "potential", "along" (the flow);
+        * of a section: "value".
+    degrees_of_freedom : int, optional
+        Degrees of freedom. A section needs them; default for a model: its own.
+    vectors : int, default 0
+        Number of deviation vectors of a state.
+
+    Returns
+    -------
+    str
+        Python source text.
+
+    Raises
+    ------
+    TypeError
+        If `value` is not a NamedTuple of floats, or if `degrees_of_freedom` is missing.
+    ValueError
+        If `kind` is unknown. The message lists the kinds.
 
     Examples
     --------

@@ -106,33 +106,31 @@ class _Shown:
 def show_progress(shown: bool = True) -> None:
     """Let long calls show their progress, or keep them silent.
 
-    On terminals and in notebooks a call that takes more than 2 s writes a line, which goes when it ends: that it
-    compiles and how long that takes on this machine, then the share that is done and the time left. Pipes, files and
-    tests get nothing. A call with a `callback` writes no line and calls it instead.
+    In terminals and notebooks, a call of more than 2 s writes one line. The line shows the expected time of
+    compilation, then the completed fraction and the time left. It disappears at the end. Pipes, files and tests get no
+    line. A call with a `callback` writes no line.
 
     Parameters
     ----------
     shown : bool, default True
-        False: never; True: wherever stderr goes. The variable FASTAFF_PROGRESS=0 of the environment does the same as
-        False for processes that do not call this.
+        False to keep all calls silent. The environment variable FASTAFF_PROGRESS=0 does the same for processes that do
+        not call this function.
 
     Returns
     -------
     None
+        The setting holds for the process.
 
     Raises
     ------
     TypeError
-        Where it is no bool.
+        If `shown` is not a bool.
 
     Notes
     -----
-    A line costs a thread of its own that wakes five times a second, 0.1 ms for a call.
-
-    References
-    ----------
-    The seconds of compilation are those of a table, times the speed of this machine: measured by the first kernels, and
-    kept in seconds.json of the folder of the compile cache.
+    * Cost: a thread that wakes five times a second, 0.1 ms for a call.
+    * Expected time of compilation: a table, scaled by the speed of this machine, which the first kernels measure. It is
+      stored in seconds.json of the folder of the compile cache.
 
     Examples
     --------

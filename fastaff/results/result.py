@@ -206,18 +206,35 @@ class Drawable:
     """Base of classes that have a figure: `plot`."""
 
     def plot(self, *others: Any, **options: Any) -> Any:
-        """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
+        """Draw the figure of ``fastaff.plot`` for this result.
 
-        :Returns: the artists drawn.
-        :Raises: TypeError where there is no such figure.
+        Parameters
+        ----------
+        *others : object
+            Further positional arguments of that function.
+        **options : object
+            Options of that function, such as ``ax``.
+
+        Returns
+        -------
+        artists
+            Artists that were drawn.
+
+        Raises
+        ------
+        TypeError
+            If there is no figure for this kind of result.
         """
         imported("..plot", __package__)  # which registers its figures; loaded when it is first used
         return drawn(self, *others, **options)
 
 
 class Result(Drawable):
-    """Base of results: `len`, `result[items]`, `take`, `select`, `concat`, rows by name, `summary`, `success`,
-    `message`, `save`, `to_xarray`, `to_pandas` and `plot`.
+    """Provide what all results share.
+
+    A result has items, mostly orbits, which are the last axis of its arrays. ``len(result)`` is their number,
+    ``result[items]`` the result of some of them, and ``result["name"]`` an array or a row by its name. Iteration yields
+    the items one by one. Functions create results; you do not call this class.
     """
 
     axis: ClassVar[str | None] = "orbit"
@@ -287,12 +304,25 @@ class Result(Drawable):
         return (self.take(k) for k in range(len(self)))
 
     def take(self, items: Items | tuple[Items, ...]) -> Self:
-        """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
-        have several axes.
+        """Return the result of some of the items.
 
-        Slices and numbers give views. The part has no `call`, which would make all items again.
+        Parameters
+        ----------
+        items : int, slice, array_like of int or mask
+            Items to take, or a tuple of these if items have several axes.
 
-        :Raises: TypeError or ValueError naming the values allowed.
+        Returns
+        -------
+        Result
+            Result of these items. Slices and single numbers give views. It has no ``call``, which would compute all
+            items again.
+
+        Raises
+        ------
+        TypeError
+            If the result has no items.
+        ValueError
+            If `items` is not such an index. The message names the values allowed.
         """
         index = index_of(self, items)
         found = dataclasses.replace(
@@ -304,7 +334,25 @@ class Result(Drawable):
         return found
 
     def select(self, **wanted: Any) -> Self:
-        """Return the items whose arrays have the wanted value, or one of several: `select(status=Status.OK)`."""
+        """Return the items whose arrays have given values.
+
+        Parameters
+        ----------
+        **wanted : value or sequence of values
+            Value, or one of several, by the name of an array: ``select(status=Status.OK)``.
+
+        Returns
+        -------
+        Result
+            Result of these items.
+
+        Raises
+        ------
+        KeyError
+            If the result has no such array.
+        ValueError
+            If the array does not have one entry for each item.
+        """
         kept = np.ones(self.item_shape, bool)
         for name, values in wanted.items():
             array = np.asarray(named(self, name))
@@ -315,17 +363,42 @@ class Result(Drawable):
 
     @classmethod
     def concat(cls, parts: Iterable[Any]) -> Self:
-        """Join results of one kind and the same settings, in their order.
+        """Join results of one kind, in their order.
 
-        An axis that is filled with NaN takes the longest length.
+        Parameters
+        ----------
+        parts : iterable of Result
+            Results with the same settings.
 
-        :Raises: TypeError for results of different kinds and ValueError naming the setting in which they differ. The
-            joined result has no `call`.
+        Returns
+        -------
+        Result
+            Joined result, without a ``call``. An axis that is padded with NaN gets the longest length.
+
+        Raises
+        ------
+        TypeError
+            If the results are of different kinds.
+        ValueError
+            If a setting differs, which the message names, or if there is no result.
         """
         return cast(Self, _joined(cls, list(parts)))
 
     def replaced(self, items: Any, part: Self) -> Self:
-        """Return the result with these items taken from another one, which has as many; shared fields stay."""
+        """Return the result with some items replaced.
+
+        Parameters
+        ----------
+        items : int, slice, array_like of int or mask
+            Items to take, or a tuple of these if items have several axes.
+        part : Result
+            Result of as many items, which replace them.
+
+        Returns
+        -------
+        Result
+            New result. Shared fields stay.
+        """
         fresh = dataclasses.replace(
             cast(Any, self),
             **{name: value.copy() for name, _, value in _shared(self) if isinstance(value, np.ndarray)},
@@ -334,7 +407,13 @@ class Result(Drawable):
         return fresh
 
     def summary(self) -> str:
-        """Say in one line the outcomes of the items."""
+        """Describe the outcomes of the items in one line.
+
+        Returns
+        -------
+        str
+            Count of each outcome.
+        """
         if hasattr(self, "status"):
             return outcomes.describe(self.status)
         try:
@@ -345,32 +424,68 @@ class Result(Drawable):
 
     @property
     def success(self) -> bool:
-        """Whether every item is OK, named as in SciPy's results; `status` says which are not."""
+        """True if every item is OK, as in results of SciPy."""
         return not np.any(np.asarray(getattr(self, "status", 0)) != outcomes.Status.OK)
 
     @property
     def message(self) -> str:
-        """The outcomes of the items in words: `summary()`."""
+        """Outcomes of the items in words, the text of ``summary()``."""
         return self.summary()
 
     def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every item is OK; a result without statuses has none that failed."""
+        """Raise an error unless every item is OK.
+
+        Raises
+        ------
+        OrbitError
+            If an item has another status. The message counts the outcomes.
+        """
         outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
 
     def save(self, path: StrPath, *, overwrite: bool = False, **parameters: Any) -> Path:
-        """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
-        path.
+        """Write the result to a file.
+
+        Parameters
+        ----------
+        path : path
+            File. Without an ending or with .npz, `load` reads it. For other programs: .csv, .parquet, .nc or .mat.
+        overwrite : bool, default False
+            True to replace an existing file. Else the file gets the first free number.
+        **parameters : object
+            Further numbers, texts or arrays to store in an .npz file.
+
+        Returns
+        -------
+        Path
+            Path of the file.
+
+        Raises
+        ------
+        TypeError
+            If an array does not hold numbers, or if a table has no arrays along the items.
+        ValueError
+            If the ending is another one, or if parameters are given for a file of another program.
+        ImportError
+            If the package that writes such a file is missing.
+        OSError
+            If the file cannot be written.
         """
         imported("..exchange.files", __package__)  # which registers the writer
         return saved(self, path, overwrite=overwrite, **parameters)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.
+        """Return arrays with the names of their axes, units and provenance.
 
-        Units are words, "time"; after a call with Quantities of Astropy they are the units of the numbers, "Myr".
+        Returns
+        -------
+        dict
+            Keys data_vars and coords, each a dict of dims, data and attrs by name, and attrs. These are numbers and
+            texts of the result, its ``call``, versions and date. ``xarray.Dataset.from_dict`` accepts it.
 
-        Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, its
-        `call`, versions and date.
+        Notes
+        -----
+        Units are words such as "time". After a call with Quantities of Astropy they are the units of the numbers, such
+        as "Myr".
         """
         found = _labelled(self)
         named: Mapping[str, str] = getattr(self, "units", {})
@@ -380,11 +495,35 @@ class Result(Drawable):
         return {**found, "attrs": {**_facts(self), **_call(self), **provenance()}}
 
     def to_xarray(self) -> Any:
-        """Return `to_dict` as an xarray.Dataset; raises ImportError where xarray is missing."""
+        """Return the result as a Dataset of xarray.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dataset of the dict of ``to_dict``.
+
+        Raises
+        ------
+        ImportError
+            If xarray is missing.
+        """
         return imported("xarray", what="to_xarray (to_dict does not)").Dataset.from_dict(self.to_dict())
 
     def to_pandas(self) -> Any:
-        """Return the table that `save` writes to .csv as a pandas.DataFrame; raises as `save` and `to_xarray`."""
+        """Return the result as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Table that ``save`` writes to .csv.
+
+        Raises
+        ------
+        ImportError
+            If pandas is missing.
+        ValueError
+            If the result has no table.
+        """
         found = imported("..exchange.tables", __package__).table(self)
         return imported("pandas", what="to_pandas (to_dict does not)").DataFrame(found)
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.identity import by_identity
 from ..core.numbers import fits, number_of_steps
 from ..core.status import Status
@@ -434,10 +435,24 @@ class Damping(NamedTuple):
 
 
 @dataclass(frozen=True)
+@inserts_parameters
 class Flow:
-    """A model's flow by a scheme: with steps of size `step`, or adaptive with relative tolerance `rtol` (and `atol`).
+    """Hold the flow of a model by a scheme, and run it.
 
-    step: one number for all orbits or (orbits,), a step for each; vectors: number of tangent vectors of each orbit.
+    Parameters
+    ----------
+    system : System
+        Model with its traits and mechanics.
+    scheme : Scheme
+        Integration method.
+    step : float or ndarray, shape (orbits,)
+        Step size, one for all orbits or one for each; infinite to let an adaptive scheme choose the first step.
+    rtol, atol : float
+        Tolerances of an adaptive scheme.
+    threads : int
+        Number of threads.
+    vectors : int, default 0
+        Number of deviation vectors of each orbit.
     """
 
     system: System
@@ -472,19 +487,27 @@ class Flow:
 
     @property
     def precise(self) -> bool:
-        """Whether steps are summed as increments with carried rounding errors: for schemes whose own error is small
-        enough.
-        """
+        """True if steps are added with compensated summation."""
         return getattr(self.scheme, "increments", isinstance(self.scheme, Collocation))
 
     def ensemble(
         self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None
     ) -> Ensemble:
-        """Start orbits from z0 (2n, orbits), which is taken over, with the tangent vectors deviations (vectors, 2n,
-        orbits).
+        """Start orbits from initial states.
 
-        radius (orbits,): the distances beyond which they have escaped, `escape_radii` of z0, if these are known
-        already.
+        Parameters
+        ----------
+        z0 : ndarray, shape (2n, orbits)
+            Initial states, taken over without a copy.
+        deviations : ndarray, shape (vectors, 2n, orbits), optional
+            Deviation vectors at the start.
+        radius : ndarray, shape (orbits,), optional
+            Distances beyond which orbits have escaped. Default: computed from the initial states.
+
+        Returns
+        -------
+        Ensemble
+            Running orbits at time 0.
         """
         n = self.system.n
         state = z0
@@ -509,18 +532,47 @@ class Flow:
         return np.where(np.isfinite(self.step), self.step, guess)
 
     def steps(self, time: float | np.ndarray) -> np.ndarray:
-        """Return the number of steps that reach `time`, for each orbit where steps or times differ."""
+        """Return the number of steps that reach a time.
+
+        Parameters
+        ----------
+        {run_time}
+
+        Returns
+        -------
+        ndarray of int
+            Numbers of steps, one for each orbit if steps or times differ.
+        """
         return np.maximum(1, number_of_steps(time, self.step)).astype(np.int64)
 
     def fitted(self, time: float | np.ndarray, parts: int = 1) -> Flow:
-        """Return the flow with the longest steps, at most its own, that divide `time` into a multiple of `parts`;
-        itself if adaptive.
+        """Return the flow with the longest steps that divide a time.
+
+        Parameters
+        ----------
+        {run_time}
+        parts : int, default 1
+            Number that divides the number of steps.
+
+        Returns
+        -------
+        `Flow`
+            Flow with steps of at most its own size; the same flow if it is adaptive.
         """
         return replace(self, step=time / (parts * self.steps(time / parts))) if self.fixed else self
 
     def sized(self, step: np.ndarray) -> Flow:
-        """Return the flow with steps of those sizes (orbits,); an adaptive one with tolerances that follow by its
-        order, where its own count as a step of 1.
+        """Return the flow with other steps.
+
+        Parameters
+        ----------
+        step : ndarray, shape (orbits,)
+            Step sizes. For an adaptive flow they are factors, where 1 keeps its tolerances.
+
+        Returns
+        -------
+        `Flow`
+            Flow with these steps. An adaptive flow gets tolerances that follow from its order.
         """
         if self.adaptive:
             factor = float(step[0]) ** self.scheme.order
@@ -528,13 +580,30 @@ class Flow:
         return replace(self, step=step)
 
     def finer(self) -> Flow:
-        """Return the flow with half its step, or with a hundredth of its tolerances."""
+        """Return the flow with half its step, or with a hundredth of its tolerances.
+
+        Returns
+        -------
+        `Flow`
+            More accurate flow.
+        """
         if self.adaptive:
             return replace(self, rtol=max(self.rtol / 100, 1e-15), atol=self.atol / 100)
         return replace(self, step=self.step / 2)
 
     def of(self, orbits: Any) -> Flow:
-        """Return the flow of some of the orbits, chosen by an index array or mask."""
+        """Return the flow of some of the orbits.
+
+        Parameters
+        ----------
+        orbits : index array or mask
+            Orbits to keep.
+
+        Returns
+        -------
+        `Flow`
+            Flow with their steps.
+        """
         return replace(self, step=self.step[orbits]) if isinstance(self.step, np.ndarray) and self.step.ndim else self
 
     def _unit(self, orbits: int) -> int:
@@ -549,7 +618,18 @@ class Flow:
         return size if own <= LANES else VECTOR * math.ceil(size / VECTOR)
 
     def unit(self, orbits: int) -> int:
-        """Return the number of orbits, at most a block, that a thread takes at once if all have equally many steps."""
+        """Return the number of orbits that a thread runs at once.
+
+        Parameters
+        ----------
+        orbits : int
+            Number of all orbits.
+
+        Returns
+        -------
+        int
+            Number of orbits, at most a block, if all have equally many steps.
+        """
         return min(LANES, self._unit(orbits))
 
     def advance(
@@ -564,10 +644,21 @@ class Flow:
         refill: bool = False,
         callback: Callback | None = None,
     ) -> None:
-        """Advance the ensemble to `time`, perhaps one for each orbit, and update its status.
+        """Advance orbits to a time under an observer, and mark those that escaped.
 
-        The observer sees `observations` equidistant states, for which steps are shortened as necessary, or every step
-        if that is 0.
+        Parameters
+        ----------
+        {ensemble}
+        {observer}
+        {observer_memory}
+        {observer_out}
+        {run_time}
+        observations : int or ndarray, default 0
+            Number of equidistant observations, for which steps are shortened. 0: the observer sees every step.
+        refill : bool, default False
+            True to let the lane of an ended orbit run the next orbit.
+        callback : callable, optional
+            Function that is called with the completed fraction.
         """
         known = not self.adaptive and bool((ensemble.radius < FARTHEST).any())
         begun = ensemble.of(np.arange(ensemble.status.size)) if known else None
@@ -594,28 +685,79 @@ class Flow:
         refill: bool = False,
         callback: Callback | None = None,
     ) -> None:
-        """Advance the ensemble as `advance` does; an orbit that overflows is NONFINITE."""
+        """Advance orbits to a time; an orbit that overflows gets the status NONFINITE.
+
+        Parameters
+        ----------
+        {ensemble}
+        {observer}
+        {observer_memory}
+        {observer_out}
+        {run_time}
+        observations : int or ndarray, default 0
+            Number of equidistant observations, for which steps are shortened. 0: the observer sees every step.
+        refill : bool, default False
+            True to let the lane of an ended orbit run the next orbit.
+        callback : callable, optional
+            Function that is called with the completed fraction.
+        """
         run = self._advance_adaptive if self.adaptive else self._advance_fixed
         run(ensemble, observer, memory, out, time, observations, refill, callback)
 
     def states(self, z: np.ndarray) -> np.ndarray:
-        """Return the model's phase points (2n, ...) from the rows z of an ensemble: the rows without an idle one, with
-        the time of a driven system reduced to its period.
+        """Return the phase points of the rows of an ensemble.
+
+        Parameters
+        ----------
+        z : ndarray, shape (rows, ...)
+            Rows of an ensemble.
+
+        Returns
+        -------
+        ndarray, shape (2n, ...)
+            Phase points without an idle row. The time of a driven model is reduced to its period.
         """
         if self.system.driven:
             z[self.system.moving] = self.model.phase(z[self.system.moving])
         return z[: self.system.rows]
 
     def section(self, section: Any) -> Any:
-        """Return a section of the model as one of the flow's states: itself, or with a 0 for an idle row."""
+        """Return a section of the model as a section of the states of the flow.
+
+        Parameters
+        ----------
+        section : Section
+            Section of the model.
+
+        Returns
+        -------
+        Section
+            The same section, or one with a 0 for an idle row.
+        """
         idle = 2 * self.system.n - self.system.rows
         return section._replace(normal=(*section.normal, 0.0)) if idle else section
 
     def trajectory(
         self, ensemble: Ensemble, time: float, count: int, callback: Callback | None
     ) -> tuple[np.ndarray, bool]:
-        """Run to the end; return states (count, 2n, orbits) at equidistant times, NaN where not reached, and whether
-        interrupted.
+        """Run orbits to a time and keep equidistant states.
+
+        Parameters
+        ----------
+        {ensemble}
+        time : float
+            Time of the end of the run.
+        count : int
+            Number of states.
+        callback : callable or None
+            Function that is called with the completed fraction.
+
+        Returns
+        -------
+        states : ndarray, shape (count, 2n, orbits)
+            States, NaN if not reached.
+        interrupted : bool
+            True if Ctrl-C ended the run.
         """
         rows, orbits = ensemble.z.shape
         fits("samples", orbits, count, rows)
@@ -641,10 +783,23 @@ class Flow:
         states: np.ndarray | None = None,
         callback: Callback | None = None,
     ) -> np.ndarray:
-        """Advance the ensemble to `time`; return `count` equidistant states (orbits, count, rows) of it, NaN where not
-        reached.
+        """Advance orbits to a time and return equidistant states.
 
-        They are written to `states` if it is given, so that Ctrl-C does not lose them.
+        Parameters
+        ----------
+        {ensemble}
+        count : int
+            Number of states.
+        {run_time}
+        states : ndarray, shape (orbits, count, rows), optional
+            Array for the states, so that Ctrl-C does not lose them.
+        callback : callable, optional
+            Function that is called with the completed fraction.
+
+        Returns
+        -------
+        ndarray, shape (orbits, count, rows)
+            States, NaN if not reached.
         """
         rows, orbits = ensemble.z.shape
         if states is None:
@@ -658,7 +813,27 @@ class Flow:
     def damped(
         self, ensemble: Ensemble, count: int, damping: Damping, *, time: float, callback: Callback | None
     ) -> tuple[np.ndarray, bool]:
-        """Run as `trajectory` does, while the momenta are damped, after each step or every DAMPING_STEPS."""
+        """Run orbits with artificial damping and keep equidistant states.
+
+        Parameters
+        ----------
+        {ensemble}
+        count : int
+            Number of states.
+        damping : Damping
+            Loss of the momenta of each orbit.
+        time : float
+            Time of the end of the run.
+        callback : callable or None
+            Function that is called with the completed fraction.
+
+        Returns
+        -------
+        states : ndarray, shape (count, rows, orbits)
+            States, NaN if not reached.
+        interrupted : bool
+            True if Ctrl-C ended the run.
+        """
         rows, orbits = ensemble.z.shape
         fits("samples", orbits, count, rows)
         states = np.full((orbits, count, rows), np.nan)
@@ -689,8 +864,30 @@ class Flow:
         observations: int = 0,
         callback: Callback | None = None,
     ) -> tuple[Ensemble, np.ndarray, np.ndarray]:
-        """Run orbits from z0 (2n, orbits) to `time` under an observer, as in `advance`; return the ensemble, the
-        observer's memory (rows, orbits), which is zero at the start, and its records (orbits, columns), else NaN.
+        """Run orbits from initial states under an observer.
+
+        Parameters
+        ----------
+        z0 : ndarray, shape (2n, orbits)
+            Initial states.
+        {observer}
+        time : float or ndarray, shape (orbits,)
+            Time of the end of the run.
+        columns : int, default 1
+            Number of columns of the records.
+        observations : int, default 0
+            Number of equidistant observations. 0: every step.
+        callback : callable, optional
+            Function that is called with the completed fraction.
+
+        Returns
+        -------
+        ensemble : Ensemble
+            Orbits at the end.
+        memory : ndarray, shape (rows, orbits)
+            Memory of the observer, which is 0 at the start.
+        out : ndarray, shape (orbits, columns)
+            Records of the observer, NaN if not written.
         """
         ensemble = self.ensemble(np.array(z0, dtype=np.float64, order="C"))
         orbits = z0.shape[1]
@@ -754,7 +951,19 @@ class Flow:
         return every, total, h
 
     def locate(self, section: Any, records: np.ndarray, where: np.ndarray, callback: Callback | None = None) -> None:
-        """Turn the records numbered `where` into crossings of the section, in place."""
+        """Turn records of a crossing observer into crossings of a section, in place.
+
+        Parameters
+        ----------
+        section : Section
+            Section of the states of the flow.
+        records : ndarray
+            Records of the observer.
+        where : ndarray of int
+            Numbers of the records.
+        callback : callable, optional
+            Function that is called with the completed fraction.
+        """
         if not where.size:
             return
         certain = np.empty(where.size, bool)
@@ -778,7 +987,20 @@ class Flow:
         launch(roots.locate, arguments, units(where.size, unit), float(where.size), self.threads, callback, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
+        """Return states one step later or earlier.
+
+        Parameters
+        ----------
+        z : ndarray, shape (rows, orbits)
+            States.
+        steps : ndarray, shape (orbits,)
+            Step sizes; negative steps go back.
+
+        Returns
+        -------
+        ndarray, shape (rows, orbits)
+            States after these steps.
+        """
         table = np.array(z, order="C")
         arguments = *stepping(self), steps, table
         launch(roots.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])

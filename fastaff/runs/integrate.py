@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, fits, portion, whole
 from ..core.status import Status
@@ -54,17 +55,39 @@ MOMENTS = 8
 
 @dataclass(frozen=True)
 class Orbits(Result):
-    """End states, samples and outcomes of integrated orbits.
+    """Hold end states, samples and outcomes of integrated orbits.
 
-    z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,); samples
-    (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
-    accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic
-    orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): ``|E - E0|`` over
-    the largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the
-    fixed step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose
-    rate the scheme holds), or inf for an adaptive scheme: of H(q, p) for the orbits that VERNER9 ran, `scheme` being
-    that of the others, if there are any; names (2n,): of the rows, so that `result["p_x"]` is one of z, and of a body
-    any coordinate or momentum of its charts, such as `result["p_beta"]`.
+    ``result["p_x"]`` is a row of z by its name. For a body, any coordinate or momentum of its charts is available too,
+    for example ``result["p_beta"]``.
+
+    Attributes
+    ----------
+    z : ndarray, shape (2n, orbits)
+        States at the time `t`: coordinates, then momenta.
+    t : ndarray, shape (orbits,), time
+        Time reached. It is the requested time if the orbit finished.
+    times : ndarray, shape (samples,), time
+        Times of the samples.
+    samples : ndarray, shape (samples, 2n, orbits)
+        States at these times.
+    error : ndarray, shape (2n, orbits), or None
+        Estimated errors of z. None if you gave a step or tolerances instead of an accuracy; so are the next two.
+    sample_error : ndarray, shape (samples, 2n, orbits), or None
+        Estimated errors of the samples.
+    accurate_until : ndarray, shape (orbits,), time, or None
+        Time up to which the error stays below the accuracy. It is shorter than requested for chaotic orbits.
+    energy_error : ndarray, shape (orbits,), relative
+        Energy error divided by the largest kinetic energy of the orbit: the maximum over the samples and the end.
+    status : ndarray, shape (orbits,), of `Status`
+        Outcome of each orbit.
+    scheme : Scheme or TimeTransformed
+        Scheme that was used. For H(q, p) some orbits may have been run by VERNER9; then it is the scheme of the others,
+        if there are any.
+    step : float or ndarray, shape (orbits,), time
+        Fixed step size, infinite for an adaptive scheme. For `TimeTransformed` it is a step in s. For H(q, p) it is
+        infinite for the orbits that VERNER9 ran.
+    names : tuple of str, 2n entries
+        Names of the rows of z.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -89,6 +112,7 @@ class Orbits(Result):
 
 @coerces_arguments(z0=starts_of, scheme=scheme_of)
 @records_call
+@inserts_parameters
 def integrate(
     model: Dynamics,
     z0: Starts,
@@ -108,69 +132,59 @@ def integrate(
 
     Parameters
     ----------
-    model : model
-        A model of `fastaff`, or one of your own.
-    z0 : array (2n,) or (2n, orbits)
-        Phase points at the start; or a grid or sample that has them, a PhaseSpacePosition of gala (in kpc and Myr), an
-        Orbit of galpy (in its natural units), Particles of xtrack that are alive (x, y, px, py).
-    time : float > 0, time
-        Length of the run. A map is iterated `time` times, a whole number that `samples` divides.
-    accuracy : float, optional
-        Error of the states relative to the amplitudes of the motion (default 1e-10 where neither it nor a step is
-        given, with a scheme of fixed steps). Each orbit gets its own steps for it, halved until the states agree.
-    step : float or array (orbits,), time, optional
-        For experts, instead of an accuracy: the longest fixed step, one for all orbits or one for each. The step used
-        divides the time between samples. For an adaptive scheme: the first step; for `TimeTransformed`: a step in s.
-    scheme : scheme or str, optional
-        A splitting, a Runge-Kutta scheme, a name ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, or AUTO,
-        which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
-        below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, for driven systems from 1e-11;
-        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/explanation/schemes.md). For
-        H(q, p) it is VERNER9 up to 1000 radians of an orbit, and where equal steps fail; beyond, and where that misses
-        the accuracy, GAUSS8, or GAUSS16 below 1e-11.
+    {model}
+    {z0}
+    time : float
+        Length of the run, positive. A map is iterated `time` times: a whole number, which `samples` divides.
+    {accuracy}
+    {step}
+    scheme : Scheme, TimeTransformed, Automatic or str, optional
+        Integration method or its name, for example ``"KAHAN_LI8"`` or ``"dop853"``. `AUTO` chooses by trial;
+        `TimeTransformed` suits steep potential barriers. Default for H = T(p) + V(q):
+
+        * BLANES_MOAN6 for accuracies from 1e-7, BLANES_CASAS_ESCORIHUELA8 for smaller ones, RKN12 up to 1e-12 (driven
+          systems: up to 1e-11);
+        * KAHAN_LI8 if T is not quadratic, or if you give a step.
+
+        Default for H(q, p): VERNER9 up to 1000 radians of an orbit, and if equal steps fail; else GAUSS8, or GAUSS16
+        below 1e-11.
     samples : int, default 0
         Number of equidistant samples in (0, time].
-    rtol, atol : float, default 1e-12
-        Tolerances of an adaptive scheme: parts of each coordinate, and parts of the coordinate or, where it is larger,
-        of its rate times the step. Neither depends on units.
-    energy_tolerance : float, optional
-        Energy error above which the status is ENERGY_DRIFT (default: 1e-6, or ten times the accuracy where that is
-        more).
-    threads : int, optional
-        Number of threads (default: all cores).
-    callback : callable, optional
-        Called with the fraction done.
+    {rtol}
+    {atol}
+    {energy_tolerance}
+    {threads}
+    {callback}
 
     Returns
     -------
     `Orbits`
-        Its scheme and step are those used.
+        States, errors and outcomes, with the scheme and the step that were used.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong.
+    TypeError
+        If an argument has a wrong type.
+    ValueError
+        If a value is out of range, or if the model does not support an option.
     Interrupted
-        On Ctrl-C, with the result so far in `.partial`.
+        On Ctrl-C. The result so far is in ``.partial``.
 
     Notes
     -----
-    A map has neither step nor scheme, and no energy: its energy errors are 0.
-
-    Errors: with an accuracy, they come from the difference to a run with twice the step. The momenta of that run are
-    slowed by so little that the lost energy stands for the random walk of rounding errors; the orbit itself amplifies
-    it, near a separatrix by many orders. The estimates cover 99 % of the true errors. Where rounding alone exceeds the
-    accuracy, the error is larger and `accurate_until` ends. Errors of chaotic orbits grow exponentially: no step keeps
-    them small for longer than `accurate_until`. Domains are checked between steps: an orbit that leaves its domain
-    within a step goes unnoticed, but at poles of formulas. The energy error of a splitting does not grow, RKN12's does.
-
-    Cost: `stages` forces per step, and half as much again for the second run, twice where rounding exceeds the
-    accuracy. Orbits of an adaptive scheme take their own steps; a lane is refilled when its orbit ends. Peak memory:
-    six times z0, twelve with an accuracy, and the samples (bench/memory.py).
+    * Errors: with an accuracy, steps are halved until two runs agree. The second run uses twice the step and artificial
+      damping at the level of round-off. The estimates cover 99 % of the true errors.
+    * Chaotic orbits: errors grow exponentially; no step keeps them small beyond `accurate_until`.
+    * Domain: checked between steps. An orbit that leaves it within a step may go unnoticed, except at poles of
+      formulas.
+    * Energy: its error does not grow for splittings, but for RKN12.
+    * Maps: no step, scheme or energy; energy_error is 0.
+    * Cost: one force per stage; half as much again for the second run, twice if round-off exceeds the accuracy.
+    * Memory: 6 times z0, 12 times with an accuracy, and the samples.
 
     References
     ----------
-    Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
+    Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own source.
 
     Examples
     --------

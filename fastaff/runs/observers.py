@@ -37,19 +37,43 @@ NO_NUMBERS = NoNumbers()
 
 @dataclass(frozen=True)
 class Observer:
-    """Numbers to keep of running orbits: a function with its value, and the rows of memory that an orbit needs.
+    """Define numbers to keep of running orbits.
 
-    function(value, lanes, orbit, fresh, t, z, memory, out, done) is a Python function that Numba compiles (or one that
-    it has compiled). It sees a block of `lanes` lanes, each an orbit, at an observation: value, a NamedTuple of
-    floats (of NamedTuples, of tuples); orbit (lanes,), their numbers; fresh, 1 in the lanes that are to be observed, 0
-    in the others; t, their times; z, their states, and memory, the observer's numbers, both flat: row r of lane i is
-    [r*LANES + i], with LANES of `fastaff.engine.jit`; out (orbits, columns), the observer's to write to, by orbit;
-    done, which it sets to 1 in lanes whose orbits it ends. It returns the number that it has ended. Rows of z are the
-    coordinates, then the momenta. Memory is zero at the start unless the caller sets it.
+    Parameters
+    ----------
+    function : callable
+        Python function that Numba compiles, or one that it has compiled. See the notes for its arguments.
+    rows : int
+        Number of rows of memory that an orbit needs.
+    value : NamedTuple, optional
+        Parameters of the function: floats, NamedTuples of floats or tuples of them.
+    sizes : tuple of int, default ()
+        Constants that the function gets before `lanes`, compiled into it.
+    calls : tuple of Bound or Observer, default ()
+        Functions that the function gets before these.
+    along : Observer, optional
+        The same observer for successive states of one orbit.
+    stretch : int, optional
+        Largest number of such states that it sees at once, a power of two.
 
-    sizes: constants that the function gets before `lanes`, compiled into it; calls: functions that it gets, before
-    these, as `Calls`. along: the same observer of states of one orbit, see `engine.kernels.drive.run_along`, if
-    there is one; stretch: the most of them, a power of two, that it sees at once.
+    Notes
+    -----
+    The function is called with (value, lanes, orbit, fresh, t, z, memory, out, done) and returns the number of orbits
+    that it has ended.
+
+    * lanes: number of lanes of the block, each one orbit. orbit (lanes,): their numbers.
+    * fresh: 1 for lanes to observe, else 0. t: times.
+    * z, memory: states and numbers of the observer, flat: row r of lane i is [r*LANES + i], with LANES of
+      ``fastaff.engine.jit``. Rows of z are coordinates, then momenta.
+    * out (orbits, columns): records, by orbit. done: set to 1 to end an orbit.
+
+    Memory is 0 at the start unless the caller sets it.
+
+    Examples
+    --------
+    >>> from fastaff.runs.observers import Observer, samples
+    >>> isinstance(samples(4), Observer)
+    True
     """
 
     function: Callable

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import numbers, positive, shown
 from ..engine.threads import checked_threads
 from ..systems.models.mechanics import System
@@ -54,18 +55,33 @@ that, at steep walls.
 
 
 @dataclass(frozen=True)
+@inserts_parameters
 class Options:
-    """Options of a run: the keywords that all functions of orbits share, checked together.
+    """Check the options that all functions of orbits share.
 
-    scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy, the
-    `quickest` scheme where a second run confirms it (KAHAN_LI8 where a step is given), or the `fastest` collocation for
-    H(q, p); accuracy: error that the function's results may have, or step: the longest fixed step, one for all or
-    (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme; energy_tolerance:
-    energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT, None for DRIFT, or
-    DRIFTING times the accuracy where that is more; threads: None for all; callback(fraction): called about ten times a
-    second.
+    Parameters
+    ----------
+    scheme : Scheme, TimeTransformed or Automatic, optional
+        Integration method. Default: the method that needs the fewest force evaluations for the accuracy; KAHAN_LI8, or
+        GAUSS16 for H(q, p), with a step.
+    step : float or ndarray, shape (orbits,), optional
+        Largest fixed step size, one for all orbits or one for each; the first step of an adaptive method.
+    accuracy : float, optional
+        Requested error of the results, relative to the amplitudes of the motion, instead of a step.
+    {rtol}
+    {atol}
+    {energy_tolerance}
+    {threads}
+    callback : callable, optional
+        Function that is called with the completed fraction, about ten times a second.
 
-    :Raises: ValueError or TypeError for wrong input.
+    Raises
+    ------
+    TypeError
+        If a value has a wrong type.
+    ValueError
+        If a value is out of range, or if accuracy and step are both given, or if the scheme has no fixed steps for an
+        accuracy.
 
     Examples
     --------
@@ -131,8 +147,17 @@ class Options:
         return value
 
     def goal(self, default: float = ACCURACY) -> float | None:
-        """Return the accuracy to reach by halving steps; None where the user chose a step, or a scheme that controls
-        its steps.
+        """Return the accuracy to reach by halving steps.
+
+        Parameters
+        ----------
+        default : float, default 1e-10
+            Accuracy if neither a step nor an accuracy is given.
+
+        Returns
+        -------
+        float or None
+            Accuracy. None if the user chose a step or a scheme that controls its steps.
         """
         if self.accuracy is None:
             return default if self.step is None and self.fixed else None
@@ -190,8 +215,18 @@ class Problem:
 
 
 class Plan(NamedTuple):
-    """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, the reason for its scheme and
-    steps, and the scales of the orbits if their steps follow from these.
+    """Hold the flow and the initial states of a run.
+
+    Attributes
+    ----------
+    flow : Flow
+        Model with scheme and steps.
+    z : ndarray, shape (2n, orbits)
+        Initial states, a fresh array.
+    why : str
+        Reason for the scheme and the steps.
+    motion : MotionScales or None
+        Scales of the orbits, if their steps follow from these.
     """
 
     flow: Any
@@ -200,6 +235,7 @@ class Plan(NamedTuple):
     motion: MotionScales | None = None
 
 
+@inserts_parameters
 def plan(
     model: Any,
     z0: Any,
@@ -209,16 +245,39 @@ def plan(
     error: float | None = STEP_ERROR,
     transformed: bool = False,
 ) -> Plan:
-    """Check the starts, choose scheme and steps where the options leave them open, and return the flow.
+    """Choose scheme and steps if the options leave them open, and return the flow.
 
-    time: of the run, which chosen steps divide and which affects the choice of a scheme; error: of states over 16
-    radians, for which each orbit's step is chosen, None to leave steps (inf) to the caller; transformed: whether the
-    run takes a flow in a fictitious time, then with its `time`.
+    Parameters
+    ----------
+    {model}
+    {z0}
+    options : Options
+        Options of the run.
+    time : float, optional
+        Length of the run. Chosen steps divide it; it affects the choice of a scheme.
+    error : float or None, default 1e-10
+        Error of states over 16 radians, for which the step of each orbit is chosen. None leaves the steps (infinite) to
+        you.
+    transformed : bool, default False
+        True if the run supports a flow in a fictitious time; then give its `time`.
 
-    :Raises: ValueError or TypeError for wrong input.
+    Returns
+    -------
+    `Plan`
+        Flow, initial states and the reason for the choice.
 
-    The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of some 64 orbits, evenly
-    spaced in their order: they depend on the set. A step in time depends on its orbit alone.
+    Raises
+    ------
+    TypeError
+        If an argument has a wrong type.
+    ValueError
+        If a value is out of range, or if the model does not support an option.
+
+    Notes
+    -----
+    * A scheme, and the step in s of `TimeTransformed`, are chosen on about 64 orbits, evenly spaced in their order.
+      They depend on the set of orbits.
+    * A step in time depends on its orbit alone.
 
     Examples
     --------

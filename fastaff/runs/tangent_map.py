@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import numbers
 from ..core.status import Status
@@ -29,10 +30,26 @@ from .starts import starts_of
 
 @dataclass(frozen=True)
 class TangentMap(Result):
-    """End states of orbits and of their tangent vectors.
+    """Hold end states of orbits and of their deviation vectors.
 
-    z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), the images of the starting
-    deviation_vectors[j] under the derivative of the map; energy_error, status (orbits,), step and names as in `Orbits`.
+    Attributes
+    ----------
+    z : ndarray, shape (2n, orbits)
+        States at the time `t`: coordinates, then momenta.
+    vectors : ndarray, shape (count, 2n, orbits)
+        Images of the deviation vectors under the derivative of the map.
+    t : ndarray, shape (orbits,), time
+        Time reached.
+    energy_error : ndarray, shape (orbits,), relative
+        Energy error divided by the largest kinetic energy of the orbit.
+    status : ndarray, shape (orbits,), of `Status`
+        Outcome of each orbit.
+    scheme : Scheme
+        Scheme that was used.
+    step : float or ndarray, shape (orbits,), time
+        Fixed step size, infinite for an adaptive scheme.
+    names : tuple of str, 2n entries
+        Names of the rows of z.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -46,9 +63,7 @@ class TangentMap(Result):
 
     @property
     def matrix(self) -> np.ndarray:
-        """The vectors as columns, (2n, count, orbits): the monodromy matrix where the deviation_vectors were the unit
-        vectors.
-        """
+        """Deviation vectors as columns, (2n, count, orbits): the monodromy matrix of unit vectors."""
         return self.vectors.transpose(1, 0, 2)
 
     def _row(self, name: str) -> np.ndarray | None:
@@ -57,6 +72,7 @@ class TangentMap(Result):
 
 @coerces_arguments(z0=starts_of, scheme=scheme_of)
 @records_call
+@inserts_parameters
 def tangent_map(
     model: Dynamics,
     z0: Starts,
@@ -71,31 +87,48 @@ def tangent_map(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> TangentMap:
-    """Integrate orbits of `model` from `z0` over `time` with tangent vectors.
+    """Integrate orbits of `model` from `z0` over `time` with deviation vectors.
 
     Parameters
     ----------
-    model, z0, time : as in `integrate`
-    deviation_vectors : array (count, 2n) or (count, 2n, orbits), optional
-        Tangent vectors at the start, for all orbits or for each (default: the 2n unit vectors).
-    step, scheme, rtol, atol, energy_tolerance, threads, callback : as in `integrate`
+    {model}
+    {z0}
+    time : float
+        Length of the run, positive. A map is iterated `time` times, a whole number.
+    deviation_vectors : array_like, shape (count, 2n) or (count, 2n, orbits), optional
+        Deviation vectors at the start, for all orbits or for each. Default: the 2n unit vectors.
+    step : float or array_like, shape (orbits,), optional
+        Largest fixed step size, in units of time. For an adaptive method it is the first step. Default: each orbit gets
+        its own, for an error of 1e-10 of its amplitudes over 16 radians.
+    {scheme}
+    {rtol}
+    {atol}
+    energy_tolerance : float, default 1e-6
+        Relative energy error above which an orbit gets the status ``ENERGY_DRIFT``.
+    {threads}
+    {callback}
 
     Returns
     -------
     `TangentMap`
-        End states and tangent vectors.
+        End states and deviation vectors.
 
     Raises
     ------
-    ValueError, TypeError, Interrupted
-        As in `integrate`.
+    TypeError
+        If an argument has a wrong type, or if the model has no derivatives.
+    ValueError
+        If a value is out of range, or if the model does not support an option.
+    Interrupted
+        On Ctrl-C. The result so far is in ``.partial``.
 
     Notes
     -----
-    With a splitting the vectors move by the derivative of the map that moves the orbit, so M^T Omega M = Omega to
-    rounding. With a Runge-Kutta scheme they move by the variational equations, which count in the step control. Vectors
-    are not renormalised: those of a chaotic orbit grow as exp(lambda t). Cost: about one more orbit for each vector,
-    less the terms that orbit and vectors share.
+    * Splittings: the vectors move by the derivative of the map that moves the orbit. The matrix M is symplectic to
+      round-off.
+    * Runge-Kutta schemes: the vectors move by the variational equations and count in the step control.
+    * Vectors are not renormalised: those of a chaotic orbit grow as exp(lambda t).
+    * Cost: about one more orbit for each vector, less the terms that they share.
 
     References
     ----------

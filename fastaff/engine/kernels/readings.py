@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from ...core.docstrings import inserts_parameters
 from ..elementary import exp, log
 from ..jit import LANES, jit
 from .deviations import ROWS, Parts, parts_of
@@ -16,9 +17,18 @@ LN10 = math.log(10.0)
 
 
 class Growth(NamedTuple):
-    """Numbers kept of the k tangent vectors of a block of orbits of n degrees of freedom.
+    """Hold numbers kept of the deviation vectors of a block of orbits.
 
-    memory is flat: row r of lane i is memory[r * LANES + i]. `deviations.ROWS` and `parts` name the rows.
+    Attributes
+    ----------
+    n : int
+        Degrees of freedom.
+    k : int
+        Number of deviation vectors.
+    parts : Parts
+        First rows of the parts of the memory.
+    memory : ndarray
+        Flat memory: row r of lane i is memory[r*LANES + i], with LANES of ``fastaff.engine.jit``.
     """
 
     n: int
@@ -34,8 +44,19 @@ def growth_of(n, k, m, memory):
 
 
 @jit(inline=True)
+@inserts_parameters
 def time(growth, i):
-    """Return the time in lane i.
+    """Return the time of an orbit.
+
+    Parameters
+    ----------
+    {growth}
+    {lane}
+
+    Returns
+    -------
+    float
+        Time.
 
     Examples
     --------
@@ -49,8 +70,21 @@ def time(growth, i):
 
 
 @jit(inline=True)
+@inserts_parameters
 def length(growth, j, i):
-    """Return the logarithm of the length of vector j in lane i, 0 at the start.
+    """Return the logarithm of the length of a deviation vector.
+
+    Parameters
+    ----------
+    {growth}
+    j : int
+        Number of the vector, from 0.
+    {lane}
+
+    Returns
+    -------
+    float
+        Natural logarithm of the length, 0 at the start.
 
     Examples
     --------
@@ -64,8 +98,21 @@ def length(growth, j, i):
 
 
 @jit(inline=True)
+@inserts_parameters
 def stretch(growth, j, i):
-    """Return the logarithm of the growth of the volume of vectors 0 ... j over that of 0 ... j - 1, in lane i.
+    """Return the logarithm of the growth that one more vector adds to a volume.
+
+    Parameters
+    ----------
+    {growth}
+    j : int
+        Number of the vector, from 0.
+    {lane}
+
+    Returns
+    -------
+    float
+        Natural logarithm of the growth of the volume of vectors 0 ... j over that of 0 ... j - 1.
 
     Examples
     --------
@@ -109,8 +156,21 @@ def mean_megno(growth, i):
 
 
 @jit
+@inserts_parameters
 def log_volume(growth, i, count):
-    """Return the logarithm of the volume of the first `count` normalised true vectors.
+    """Return the logarithm of the volume of normalised deviation vectors.
+
+    Parameters
+    ----------
+    {growth}
+    {lane}
+    count : int
+        Number of vectors, the first ones.
+
+    Returns
+    -------
+    float
+        Natural logarithm of the volume, at most 0.
 
     Examples
     --------
@@ -127,8 +187,21 @@ def log_volume(growth, i, count):
 
 
 @jit
+@inserts_parameters
 def volume(growth, i, count):
-    """Return log10 of GALI of the first `count` vectors.
+    """Return GALI of the first deviation vectors.
+
+    Parameters
+    ----------
+    {growth}
+    {lane}
+    count : int
+        Number of vectors, the first ones.
+
+    Returns
+    -------
+    float
+        Decimal logarithm of GALI.
 
     Examples
     --------
@@ -142,8 +215,23 @@ def volume(growth, i, count):
 
 
 @jit
+@inserts_parameters
 def alignment(growth, i):
-    """Return log10 of SALI: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their area.
+    """Return SALI of the first two deviation vectors.
+
+    Parameters
+    ----------
+    {growth}
+    {lane}
+
+    Returns
+    -------
+    float
+        Decimal logarithm of SALI.
+
+    Notes
+    -----
+    SALI is the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, where sin x is their area.
 
     Examples
     --------

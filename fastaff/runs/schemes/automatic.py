@@ -101,18 +101,33 @@ class CandidateTrial:
 
 @dataclass(frozen=True)
 class Automatic:
-    """A scheme chosen by trial: the cheapest of `candidates` whose energy error stays below `energy_error` on a sample
-    of the orbits.
+    """Choose a scheme by a trial on a sample of the orbits.
 
-    Each fixed step is first made as long as that allows. An adaptive scheme keeps the given tolerances; its error is
-    assumed to grow in proportion to time. The cost is counted in forces, never timed, so the choice is the same on
-    every machine. A symplectic scheme that costs up to PREFERENCE times the cheapest is preferred. If none meets the
-    bound, the scheme of least error is taken; if none keeps the sample in the domain, an adaptive one. Orbits that
-    leave the domain do not count beside others. A result's `.scheme` and `.step` are those chosen. The scheme depends
-    on the set of orbits, the steps on each orbit alone (except the one step in s of a `TimeTransformed`). `integrate`
-    and `poincare_map` try all candidates, other functions those that step in time itself.
+    Parameters
+    ----------
+    candidates : tuple of Scheme or TimeTransformed, optional
+        Schemes to choose from. Default: six schemes of the package and `TimeTransformed`.
+    energy_error : float, default 1e-9
+        Largest energy error at the end of the run, relative to the largest kinetic energy.
 
-    :Raises: TypeError or ValueError for candidates that are no schemes.
+    Raises
+    ------
+    TypeError
+        If a candidate is not a scheme.
+    ValueError
+        If there is no candidate, or if `energy_error` is not positive.
+
+    Notes
+    -----
+    * Choice: the cheapest candidate that meets `energy_error` on about 64 orbits. A symplectic scheme of up to 1.5
+      times the least cost is preferred. If no scheme meets it, the most accurate is taken; if none keeps the sample in
+      the domain, an adaptive one.
+    * Steps: fixed steps are as long as the error allows. An adaptive scheme keeps the tolerances; its error is assumed
+      to grow in proportion to time.
+    * Cost is counted in force evaluations, never timed, so every machine chooses the same.
+    * Orbits that leave the domain do not count.
+    * `integrate` and `poincare_map` try all candidates, other functions only those that step in time.
+    * The result has the scheme and step.
 
     Examples
     --------
@@ -163,8 +178,23 @@ class Automatic:
         return replace(self, candidates=kept)
 
     def suited(self, quadratic: bool) -> Automatic:
-        """Return the choice among the candidates worth a trial: those whose order holds and, for T `quadratic` in the
-        momenta, without a `BETTER` candidate.
+        """Return the same choice among the candidates that suit a kinetic energy.
+
+        Parameters
+        ----------
+        quadratic : bool
+            True if T is quadratic in the momenta.
+
+        Returns
+        -------
+        `Automatic`
+            Choice among the candidates whose order holds. If T is quadratic, candidates with a better alternative in
+            the tuple are left out.
+
+        Raises
+        ------
+        ValueError
+            If no candidate is left.
         """
         kept = tuple(
             c
@@ -176,7 +206,18 @@ class Automatic:
         return replace(self, candidates=kept)
 
     def choose(self, trials: Iterable[CandidateTrial]) -> CandidateTrial:
-        """Return the best of `trials`."""
+        """Return the best of several trials.
+
+        Parameters
+        ----------
+        trials : iterable of CandidateTrial
+            Trials of the candidates.
+
+        Returns
+        -------
+        CandidateTrial
+            Trial of the scheme to use.
+        """
         tried = list(trials)
         good = [trial for trial in tried if trial.error <= self.bound]
         if not good:

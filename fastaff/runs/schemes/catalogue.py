@@ -48,18 +48,47 @@ def _shown(scheme: "Splitting | RungeKutta") -> str:
 
 @dataclass(frozen=True)
 class Splitting:
-    """Hold a symmetric splitting of H = T(p) + V(q): an explicit, symplectic and reversible scheme.
+    """Define a symmetric splitting of H = T(p) + V(q).
 
-    A step of size h drifts (q by the flow of T) for drift[0]*h, kicks (p by the flow of V) for kick[0]*h, and so on; it
-    ends with the drift drift[-1]*h. A scheme that kicks first has drift[0] = drift[-1] = 0.
+    Parameters
+    ----------
+    name : str
+        Name of the scheme.
+    order : int
+        Order, which construction checks.
+    source : str
+        Publication.
+    drift : tuple of float
+        Coefficients of the drifts, one more than kicks, palindromic, with the sum 1.
+    kick : tuple of float
+        Coefficients of the kicks, palindromic, with the sum 1.
+    nystrom : bool, default False
+        True if the order holds only for T quadratic in p.
+    increments : bool, default False
+        True to add steps as increments with compensated (Kahan) summation. Steps take 1.2 to 1.4 times as long. Use it
+        if the error of the scheme is below 1e-13.
 
-    :Parameters: `drift` has one entry more than `kick`; both are palindromic and sum to 1. With `nystrom` the order
-        holds only for T quadratic in p; with `increments` steps are summed as increments with carried rounding errors
-        (Kahan's summation). That takes 1.2 to 1.4 times as long and pays where the scheme's own error is below 1e-13:
-        `dataclasses.replace(BLANES_CASAS_ESCORIHUELA8, increments=True)`.
-    :Raises: ValueError for coefficients that are not finite, not palindromic, do not sum to 1 or contradict the order.
-        The test of the order is necessary, not sufficient: for a force, and a velocity, that depend on time alone the
-        scheme must be a quadrature of that order. The tests of the package measure the order itself.
+    Raises
+    ------
+    TypeError
+        If a value has a wrong type.
+    ValueError
+        If coefficients are not finite, not palindromic, do not sum to 1, or contradict the order.
+
+    Notes
+    -----
+    * Method: explicit, symplectic and reversible. A step of size h moves q by the flow of T for drift[0] h, p by the
+      flow of V for kick[0] h, and so on; it ends with drift[-1] h. A scheme that kicks first has drift[0] = drift[-1] =
+      0.
+    * Test of the order: necessary, not sufficient. If force and velocity depend on time alone, the scheme must be a
+      quadrature of that order.
+    * Compensated variant: ``dataclasses.replace(scheme, increments=True)``.
+
+    Examples
+    --------
+    >>> import dataclasses
+    >>> dataclasses.replace(fa.LEAPFROG, increments=True).stages
+    1
     """
 
     name: str
@@ -140,12 +169,40 @@ def compose(
     source: str,
     increments: bool = False,
 ) -> Splitting:
-    """Compose a symmetric splitting with itself at step sizes w1 h, w2 h, ..., w0 h, ..., w2 h, w1 h.
+    """Compose a symmetric splitting with itself at several step sizes.
 
-    `weights` are w1, w2, ... from the outside in, without the central w0 = 1 - 2 (w1 + w2 + ...); strings keep all
-    their digits. Adjacent flows of the same kind are merged exactly and rounded once. `increments` as in `Splitting`.
+    Parameters
+    ----------
+    base : Splitting
+        Scheme that is composed.
+    weights : iterable of str, float or Fraction
+        Step sizes w1, w2, ... in units of h, from the outside in, without the central one. Texts keep all digits.
+    name : str
+        Name of the new scheme.
+    order : int
+        Order of the new scheme.
+    source : str
+        Publication.
+    increments : bool, default False
+        True to add steps with compensated summation.
 
-    :Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed. 2006, V.3.2.
+    Returns
+    -------
+    `Splitting`
+        Scheme with the step sizes w1 h, w2 h, ..., w0 h, ..., w2 h, w1 h and w0 = 1 - 2 (w1 + w2 + ...).
+
+    Raises
+    ------
+    ValueError
+        If the result contradicts the order.
+
+    Notes
+    -----
+    Adjacent flows of the same kind are merged exactly and rounded once.
+
+    References
+    ----------
+    Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed. 2006, V.3.2.
 
     Examples
     --------
@@ -172,11 +229,30 @@ def compose(
 
 
 def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
-    """Raise the order of a symmetric splitting by two with three of its steps, of sizes w h, (1 - 2w) h, w h.
+    """Raise the order of a symmetric splitting by two.
 
-    w = 1/(2 - 2**(1/(order + 1))).
+    Parameters
+    ----------
+    base : Splitting
+        Scheme that is composed.
+    name : str
+        Name of the new scheme.
+    source : str
+        Publication.
 
-    :Source: Yoshida, Phys. Lett. A 150 (1990) 262, eq. 4.4.
+    Returns
+    -------
+    `Splitting`
+        Scheme of three steps of sizes w h, (1 - 2 w) h, w h with w = 1/(2 - 2^(1/(order + 1))).
+
+    Raises
+    ------
+    ValueError
+        If the result contradicts its order.
+
+    References
+    ----------
+    Yoshida, Phys. Lett. A 150 (1990) 262, eq. 4.4.
 
     Examples
     --------
@@ -190,20 +266,55 @@ def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
 
 @dataclass(frozen=True)
 class RungeKutta:
-    """Hold an explicit Runge-Kutta tableau, with error weights and an interpolant if it has them.
+    """Define an explicit Runge-Kutta tableau.
 
-    Row i of `a` has i entries, for the slope k_i = f(t + c_i h, y + h sum_j a_ij k_j). The step ends at y + h sum b_i
-    k_i. Row r of `errors` estimates the error of a solution of order `error_orders[r]` as h sum errors_ri k_i. Step
-    control uses one row, or DOP853's blend of two, and the last slope of a step as the first of the next. The
-    interpolant may need more slopes, with the rows `extra_a` and the nodes `extra_c`. Its rows F_r = sum_i dense_ri k_i
-    run over all slopes, and its value at t + x h is
+    Parameters
+    ----------
+    name : str
+        Name of the scheme.
+    order : int
+        Order, which construction checks.
+    source : str
+        Publication.
+    a : tuple of tuple of float
+        Row i has i entries.
+    b : tuple of float
+        Weights, one for each stage.
+    c : tuple of float
+        Nodes, one for each stage.
+    errors : tuple of tuple of float, default ()
+        At most two rows of weights of error estimates. With them the scheme controls its step size.
+    error_orders : tuple of int, default ()
+        Order of the solution whose error each row estimates.
+    extra_a : tuple of tuple of float, default ()
+        Rows of further slopes for the interpolant.
+    extra_c : tuple of float, default ()
+        Nodes of these slopes.
+    dense : tuple of tuple of float, default ()
+        Rows of the interpolant, over all slopes.
+    dense_order : int, default 0
+        Order of the interpolant.
 
-        y + h x (F_0 + (1-x) (F_1 + x (F_2 + (1-x) (F_3 + ...)))),
+    Raises
+    ------
+    TypeError
+        If a value has a wrong type.
+    ValueError
+        If a row of `a` does not sum to its node, or if weights contradict their order as a quadrature.
 
-    a nesting that loses far fewer digits than powers of x. F_0 = sum b_i k_i, so it meets the end of the step.
+    Notes
+    -----
+    * Step: k_i = f(t + c_i h, y + h sum_j a_ij k_j); the step ends at y + h sum_i b_i k_i.
+    * Step control: one row of errors, or the blend of two of DOP853. It needs the last slope of a step as the first
+      slope of the next.
+    * Interpolant: ``y + h x (F_0 + (1-x) (F_1 + x (F_2 + (1-x) (F_3 + ...))))`` at t + x h, with F_r = sum_i dense_ri
+      k_i and F_0 = sum_i b_i k_i. This nesting loses fewer digits than powers of x.
+    * The test of the order is necessary, not sufficient.
 
-    :Raises: ValueError where a row of `a` does not sum to its node, or where weights contradict their stated order as a
-        quadrature (necessary, not sufficient: the tests of the package check all rooted trees).
+    Examples
+    --------
+    >>> fa.RK4.stages, fa.RK4.adaptive, fa.DOP853.adaptive
+    (4, False, True)
     """
 
     name: str
@@ -438,9 +549,24 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType({scheme.name: scheme for scheme
 
 
 def scheme_named(name: str) -> Scheme:
-    """Return the scheme of that name, in capitals or not, with spaces or hyphens too.
+    """Return the scheme of a name.
 
-    :Raises: ValueError that lists the names, TypeError for a value that is no name.
+    Parameters
+    ----------
+    name : str
+        Name, in capitals or not, with spaces or hyphens too.
+
+    Returns
+    -------
+    Scheme
+        Scheme of the package.
+
+    Raises
+    ------
+    TypeError
+        If `name` is not a text.
+    ValueError
+        If no scheme has this name. The message lists the names.
 
     Examples
     --------

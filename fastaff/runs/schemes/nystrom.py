@@ -18,17 +18,41 @@ from .conditions import MOST_ORDER, Rows, Weights, agree, moments, require, tabl
 
 @dataclass(frozen=True)
 class Nystrom:
-    """Hold an explicit Runge-Kutta-Nyström tableau for H = T(p) + V(q), with T quadratic in the momenta.
+    """Define an explicit Runge-Kutta-Nystrom tableau for H = T(p) + V(q), T quadratic.
 
-    With the velocities v(p) of T, stage i has the force F_i at q + c_i h v(p + h sum_j a_ij/c_i F_j); a step of size h
-    ends at q + h v(p + h sum_j b_j (1 - c_j) F_j) and p + h sum_j b_j F_j, summed with carried rounding errors. It is
-    neither symplectic nor reversible: energies drift by its error.
+    Parameters
+    ----------
+    name : str
+        Name of the scheme.
+    order : int
+        Order, which construction checks.
+    source : str
+        Publication.
+    a : tuple of tuple of float
+        Row i has i entries.
+    b : tuple of float
+        Weights of the momenta, one for each stage.
+    c : tuple of float
+        Nodes, one for each stage: the first 0, the others positive.
 
-    :Parameters: row i of `a` has i entries; `b` are the weights of the momenta, `c` the nodes, the first 0, the others
-        positive.
-    :Raises: ValueError where a row of `a` does not sum to c_i^2/2, or where weights contradict the order as a
-        quadrature or for forces linear in the coordinates (necessary, not sufficient: the tests of the package measure
-        the order itself).
+    Raises
+    ------
+    TypeError
+        If a value has a wrong type.
+    ValueError
+        If a row of `a` does not sum to c_i^2/2, or if weights contradict the order.
+
+    Notes
+    -----
+    * Step: stage i has the force F_i at q + c_i h v(p + h sum_j a_ij/c_i F_j), with the velocities v(p) of T. A step
+      ends at q + h v(p + h sum_j b_j (1 - c_j) F_j) and p + h sum_j b_j F_j, added with compensated summation.
+    * Properties: neither symplectic nor reversible; energies drift by its error.
+    * The test of the order covers quadratures and forces linear in the coordinates. It is necessary, not sufficient.
+
+    Examples
+    --------
+    >>> fa.schemes.RKN12.order, fa.schemes.RKN12.stages
+    (12, 17)
     """
 
     name: str

@@ -20,27 +20,66 @@ from .catalogue import KAHAN_LI8, Splitting
 
 
 class Exponential(NamedTuple):
-    """The rate g = exp(-(V - origin)/kappa).
+    """Define the rate g = exp(-(V - origin)/kappa).
 
-    Before a logarithmic wall V = -G ln d, kappa = G makes the force in s constant. kappa > 0 and origin are energies.
+    Parameters
+    ----------
+    kappa : float, energy
+        Width of the transition, positive.
+    origin : float, energy, default 0
+        Energy at which the rate changes.
 
-    :Source: Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
+    Notes
+    -----
+    At a logarithmic barrier V = -G ln d, kappa = G makes the force in s constant.
+
+    References
+    ----------
+    Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
+
+    Examples
+    --------
+    >>> fa.schemes.Exponential(kappa=2.0).at(0.0)
+    np.float64(1.0)
     """
 
     kappa: float
     origin: float = 0.0
 
     def at(self, V):
-        """Return dt/ds where the potential is V."""
+        """Return the rate dt/ds.
+
+        Parameters
+        ----------
+        V : float or array_like
+            Potential energy.
+
+        Returns
+        -------
+        float or ndarray
+            Rate, positive.
+        """
         return np.exp((self.origin - V) * (1.0 / self.kappa))
 
 
 class Logistic(NamedTuple):
-    """The rate g = 1/(1 + exp((V - origin)/kappa)): 1 where V is low, that of `Exponential` on the wall.
+    """Define the rate g = 1/(1 + exp((V - origin)/kappa)).
 
-    It leaves the fast, free part of an orbit as it is. kappa > 0 and origin are energies.
+    Parameters
+    ----------
+    kappa : float, energy
+        Width of the transition, positive.
+    origin : float, energy, default 0
+        Energy at which the rate changes.
 
-    :Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+    Notes
+    -----
+    The rate is 1 where V is low and that of `Exponential` on the barrier. It does not change the fast, free part of an
+    orbit.
+
+    References
+    ----------
+    Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
 
     Examples
     --------
@@ -52,17 +91,45 @@ class Logistic(NamedTuple):
     origin: float = 0.0
 
     def at(self, V):
-        """Return dt/ds where the potential is V."""
+        """Return the rate dt/ds.
+
+        Parameters
+        ----------
+        V : float or array_like
+            Potential energy.
+
+        Returns
+        -------
+        float or ndarray
+            Rate, positive.
+        """
         return 1.0 / (1.0 + np.exp((V - self.origin) * (1.0 / self.kappa)))
 
 
 class Algebraic(NamedTuple):
-    """The rate g = (u + sqrt(u^2 + 1))^-exponent with u = (V - origin)/(2 kappa): about (V/kappa)^-exponent on the
-    wall.
+    """Define the rate g = (u + sqrt(u^2 + 1))^-exponent, u = (V - origin)/(2 kappa).
 
-    For walls V = c/d^k. Positive for every V. kappa > 0 and origin are energies.
+    Parameters
+    ----------
+    kappa : float, energy
+        Width of the transition, positive.
+    origin : float, energy, default 0
+        Energy at which the rate changes.
+    exponent : float, default 1
+        Exponent, positive.
 
-    :Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+    Notes
+    -----
+    On the barrier the rate is about (V/kappa)^-exponent, which suits barriers V = c/d^k. It is positive for every V.
+
+    References
+    ----------
+    Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
+
+    Examples
+    --------
+    >>> fa.schemes.Algebraic(kappa=1.0).at(0.0)
+    np.float64(1.0)
     """
 
     kappa: float
@@ -70,7 +137,18 @@ class Algebraic(NamedTuple):
     exponent: float = 1.0
 
     def at(self, V):
-        """Return dt/ds where the potential is V."""
+        """Return the rate dt/ds.
+
+        Parameters
+        ----------
+        V : float or array_like
+            Potential energy.
+
+        Returns
+        -------
+        float or ndarray
+            Rate, positive.
+        """
         u = (V - self.origin) * (0.5 / self.kappa)
         return np.exp(-self.exponent * np.log(u + np.sqrt(u * u + 1.0)))
 
@@ -85,26 +163,30 @@ class Rate(Protocol):
 
 @dataclass(frozen=True)
 class TimeTransformed:
-    """A splitting in a fictitious time s that slows down near a wall: explicit, reversible, symplectic in extended
-    phase space.
+    """Run a splitting in a fictitious time s that slows down near a potential barrier.
 
     Parameters
     ----------
-    splitting : `Splitting`, default KAHAN_LI8
-        Coefficients and order.
-    rate : `Exponential`, `Logistic` or `Algebraic`, optional
-        dt/ds as a function of V; or a NamedTuple of floats with a method `at(V)`, positive and decreasing, made of
-        arithmetic (default: chosen by a short trial).
+    splitting : Splitting, default KAHAN_LI8
+        Splitting whose order holds for every T(p).
+    rate : rate, optional
+        Rate dt/ds as a function of V: `Exponential`, `Logistic`, `Algebraic`, or a NamedTuple of floats with a method
+        ``at(V)``. The method is positive, decreasing and made of arithmetic. Default: a short trial chooses it.
 
     Raises
     ------
-    TypeError, ValueError
-        The values are of other kinds; the order of the splitting needs T quadratic, or the rate is not positive.
+    TypeError
+        If `splitting` is not a `Splitting`, or if `rate` is not a rate.
+    ValueError
+        If the order of the splitting needs T quadratic in p, or if a parameter of the rate is not finite or not
+        positive.
 
     Notes
     -----
-    The step of such a scheme is one in s. `integrate` and `poincare_map` accept it. Cost of a stage: one force, V, T
-    and two rates.
+    * Method: explicit, reversible, symplectic in extended phase space.
+    * The step of a run is a step in s.
+    * Cost of a stage: one force, V, T and two rates.
+    * Supported by `integrate` and `poincare_map`.
 
     References
     ----------

@@ -77,16 +77,36 @@ def _polar_invariants(radius: str, angle: str, fold: int) -> PolarStep:
 
 
 def elliptic(focus: float) -> Chart:
-    """Build the elliptic chart kappa, lambda of the plane of invariants with foci alpha = +-focus, beta = 0.
+    """Build the elliptic chart (kappa, lambda) of the plane of invariants.
 
-    focus: the scale, > 0, in the units of alpha; sqrt2 puts the focus at the undeformed state D1 = D2 = 1.
+    Parameters
+    ----------
+    focus : float, length
+        Position of the foci, alpha = +-focus, beta = 0, positive. The value sqrt2 puts the focus at the undeformed
+        state D1 = D2 = 1.
 
-    :Returns: a Chart.
-    :Raises: TypeError or ValueError for a focus that is not a positive number. `from_planes` returns kappa >= 0, lambda
-        in [0, pi/2]. At the focus (kappa = lambda = 0) it returns the limit p_kappa = p_lambda = 0, which has no
-        inverse: `to_planes` refuses that point.
-    :Formula: alpha + i beta = focus cosh(kappa + i lambda).
-    :Source: section 3, elliptic variables.
+    Returns
+    -------
+    `Chart`
+        Chart with the coordinates kappa, lambda, eta, gamma.
+
+    Raises
+    ------
+    TypeError
+        If `focus` is not a number.
+    ValueError
+        If `focus` is not positive.
+
+    Notes
+    -----
+    * Coordinates: alpha + i beta = focus cosh(kappa + i lambda).
+    * Sheet: ``from_planes`` returns kappa >= 0 and lambda in [0, pi/2].
+    * Focus, kappa = lambda = 0: ``from_planes`` returns the limit p_kappa = p_lambda = 0. It has no inverse, so
+      ``to_planes`` raises `ValueError` there.
+
+    References
+    ----------
+    Martens & Slawianowski, section 3, elliptic variables.
 
     Examples
     --------
@@ -110,16 +130,35 @@ def elliptic(focus: float) -> Chart:
 
 
 def bipolar(c: float) -> Chart:
-    """Build the bipolar chart e, f of the plane of invariants (the paper's "two-polar" e, f) with poles alpha = +-c,
-    beta = 0.
+    """Build the bipolar chart (e, f) of the plane of invariants.
 
-    c: the scale, > 0, in the units of alpha.
+    Parameters
+    ----------
+    c : float, length
+        Position of the poles, alpha = +-c, beta = 0, positive.
 
-    :Returns: a Chart.
-    :Raises: TypeError or ValueError for a c that is not a positive number. `from_planes` returns e >= 0, f in [0, pi],
-        and refuses the pole (e infinite, D1 = D2 = c/sqrt2); `to_planes` refuses e = f = 0, the point at infinity.
-    :Formula: alpha, beta = c (sinh e, sin f)/(cosh e - cos f).
-    :Source: section 3, the variables (e, f).
+    Returns
+    -------
+    `Chart`
+        Chart with the coordinates e, f, eta, gamma.
+
+    Raises
+    ------
+    TypeError
+        If `c` is not a number.
+    ValueError
+        If `c` is not positive.
+
+    Notes
+    -----
+    * Coordinates: alpha, beta = c (sinh e, sin f)/(cosh e - cos f). The paper calls them "two-polar".
+    * Sheet: ``from_planes`` returns e >= 0 and f in [0, pi].
+    * Pole, D1 = D2 = c/sqrt2: e is infinite, so ``from_planes`` raises `ValueError`.
+    * Infinity, e = f = 0: ``to_planes`` raises `ValueError`.
+
+    References
+    ----------
+    Martens & Slawianowski, section 3, the variables (e, f).
 
     Examples
     --------

@@ -9,22 +9,44 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Array, at_orbit, checked, first
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import positive
 from .metrics import Form
 from .steps import Step
 
 
+@inserts_parameters
 class Chart(NamedTuple):
-    """Hold one coordinate system of GL(2,R) as a value: `ALPHA_BETA.from_planes(z)`.
+    """Hold one coordinate system of GL(2,R).
 
-    name: the chart in words. names: its four coordinates, in row order; `momenta`: the names of their momenta. steps:
-    the chain that leads from the planes to the chart. rows: the row of each coordinate in the last step. form: the
-    paper's line element, as a function of the four coordinates. singular: the singular set, in words. Its methods take
-    arrays (4, ...) of coordinates, or (8, ...) with velocities or momenta below them, of any trailing shape; angles in
-    radians, lengths in the units of phi. Each raises TypeError or ValueError for values other than such rows of finite
-    real numbers, and ValueError that names the singular set and the orbit where a result does not exist.
+    The methods accept arrays of any trailing shape. Angles are in radians, lengths in the units of phi. You get charts
+    from `CHARTS`, `elliptic` and `bipolar`.
 
-    :Source: section 3, section 7; the label of each chart is given with its line element in `fastaff.charts.metrics`.
+    Attributes
+    ----------
+    name : str
+        Chart in words.
+    names : tuple of str, 4 entries
+        Coordinates, in the order of the rows.
+    steps : tuple, internal
+        Steps that lead from the planes to the chart.
+    rows : tuple of int, internal
+        Row of each coordinate in the last step.
+    form : callable, internal
+        Line element, as a function of the four coordinates.
+    singular : str
+        Singular set in words.
+
+    References
+    ----------
+    Martens & Slawianowski, section 3, section 7. The label of each chart is given with its line element in
+    ``fastaff.systems.charts.metrics``.
+
+    Examples
+    --------
+    >>> z = fa.charts.from_matrix(np.diag([2.0, 1.0]), np.zeros((2, 2)))
+    >>> fa.charts.TWO_POLAR.from_planes(z)[:2].round(9)
+    array([2., 1.])
     """
 
     name: str
@@ -43,10 +65,29 @@ class Chart(NamedTuple):
         return tuple(f"p_{name}" for name in self.names)
 
     def from_planes(self, z: ArrayLike) -> Array:
-        """Convert phase points z (8, ...), planes and momenta, to coordinates and conjugate momenta (8, ...).
+        """Convert phase points to coordinates and conjugate momenta.
 
-        :Formula: p_q = J^T p.
-        :Source: section 3 (the coordinates); the momenta are derived.
+        Parameters
+        ----------
+        z : array_like, shape (8, ...)
+            Planes a1, a2, b1, b2, then their momenta.
+
+        Returns
+        -------
+        ndarray, shape (8, ...)
+            Coordinates of the canonical sheet, then their momenta p_q = J^T p.
+
+        Raises
+        ------
+        TypeError
+            If `z` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, section 3 (the coordinates); the momenta are derived.
         """
         x, p = np.split(checked("z", z, (8,)), 2)
         with np.errstate(all="ignore"):
@@ -59,10 +100,28 @@ class Chart(NamedTuple):
         return np.concatenate([x[list(self.rows)], p[list(self.rows)]])
 
     def to_planes(self, q: ArrayLike) -> Array:
-        """Convert coordinates and conjugate momenta q (8, ...) of any sheet to phase points (8, ...).
+        """Convert coordinates and conjugate momenta to phase points.
 
-        :Formula: p = J^-T p_q.
-        :Source: section 3 (the coordinates); the momenta are derived.
+        Parameters
+        ----------
+        {chart_momenta}
+
+        Returns
+        -------
+        ndarray, shape (8, ...)
+            Planes a1, a2, b1, b2, then their momenta p = J^-T p_q.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, section 3 (the coordinates); the momenta are derived.
         """
         rows = checked("q", q, (8,))
         p = self._row_order(rows[4:])
@@ -73,22 +132,77 @@ class Chart(NamedTuple):
         return self._defined("q", np.concatenate([planes, p]), rows)
 
     def points_from_planes(self, planes: ArrayLike) -> Array:
-        """Convert planes a1, a2, b1, b2 (4, ...) to coordinates (4, ...); an undefined angle is 0."""
+        """Convert planes to coordinates.
+
+        Parameters
+        ----------
+        planes : array_like, shape (4, ...)
+            Planes a1, a2, b1, b2.
+
+        Returns
+        -------
+        ndarray, shape (4, ...)
+            Coordinates of the canonical sheet. An undefined angle is 0.
+
+        Raises
+        ------
+        TypeError
+            If `planes` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+        """
         x = checked("planes", planes, (4,))
         return self.from_planes(np.concatenate([x, np.zeros_like(x)]))[:4]
 
     def points_to_planes(self, q: ArrayLike) -> Array:
-        """Convert coordinates (4, ...) of any sheet to planes a1, a2, b1, b2 (4, ...)."""
+        """Convert coordinates to planes.
+
+        Parameters
+        ----------
+        {chart_points}
+
+        Returns
+        -------
+        ndarray, shape (4, ...)
+            Planes a1, a2, b1, b2.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+        """
         rows = checked("q", q, (4,))
         return self._defined("q", self._ladder(rows)[1], rows)
 
     def velocities_from_planes(self, w: ArrayLike) -> Array:
-        """Convert planes and their velocities w (8, ...) to coordinates and their velocities (8, ...).
+        """Convert planes and their velocities to coordinates and their velocities.
 
-        Where a radius is 0, the angle is that of the velocity, and its rate is 0: the limit along the straight motion.
+        Parameters
+        ----------
+        w : array_like, shape (8, ...)
+            Planes a1, a2, b1, b2, then their velocities.
 
-        :Formula: dq/dt = J^-1 v.
-        :Source: EQ2.0a, EQ2.0b.
+        Returns
+        -------
+        ndarray, shape (8, ...)
+            Coordinates, then their velocities J^-1 v. If a radius is 0, the angle is that of the velocity and its rate
+            is 0, the limit along the straight motion.
+
+        Raises
+        ------
+        TypeError
+            If `w` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, EQ2.0a, EQ2.0b.
         """
         given = checked("w", w, (8,))
         x, v = np.split(given, 2)
@@ -100,22 +214,57 @@ class Chart(NamedTuple):
         return self._defined("w", np.concatenate([x[list(self.rows)], v[list(self.rows)]]), given)
 
     def velocities_to_planes(self, q: ArrayLike) -> Array:
-        """Convert coordinates and their velocities q (8, ...) to planes and their velocities (8, ...).
+        """Convert coordinates and their velocities to planes and their velocities.
 
-        :Formula: v = J dq/dt.
-        :Source: EQ2.0a, EQ2.0b.
+        Parameters
+        ----------
+        {chart_velocities}
+
+        Returns
+        -------
+        ndarray, shape (8, ...)
+            Planes, then their velocities v = J dq/dt.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, EQ2.0a, EQ2.0b.
         """
         rows = checked("q", q, (8,))
         planes, v = self._pushed(rows[:4], rows[4:])
         return self._defined("q", np.concatenate([planes, v]), rows)
 
     def momenta_from_velocities(self, q: ArrayLike, mu: float = 1.0) -> Array:
-        """Convert coordinates and velocities q (8, ...) to coordinates and momenta, the Legendre transformation of T.
+        """Convert velocities to momenta, the Legendre transformation of T.
 
-        mu: the inertia, > 0.
+        Parameters
+        ----------
+        {chart_velocities}
+        {inertia}
 
-        :Formula: p = mu J^T J dq/dt, regular in every sheet.
-        :Source: EQ2.1a.
+        Returns
+        -------
+        ndarray, shape (8, ...)
+            Coordinates, then their momenta p = mu J^T J dq/dt, regular in every sheet.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, EQ2.1a.
         """
         rows = checked("q", q, (8,))
         mass = positive("mu", mu)
@@ -127,13 +276,30 @@ class Chart(NamedTuple):
         return self._defined("q", np.concatenate([rows[:4], p[list(self.rows)]]), rows)
 
     def velocities_from_momenta(self, q: ArrayLike, mu: float = 1.0) -> Array:
-        """Convert coordinates and momenta q (8, ...) to coordinates and velocities, the inverse Legendre
-        transformation.
+        """Convert momenta to velocities, the inverse Legendre transformation.
 
-        mu: the inertia, > 0.
+        Parameters
+        ----------
+        {chart_momenta}
+        {inertia}
 
-        :Formula: dq/dt = J^-1 J^-T p/mu; the rate is 0 where a radius and its angular momentum are 0.
-        :Source: EQ2.1a.
+        Returns
+        -------
+        ndarray, shape (8, ...)
+            Coordinates, then their velocities dq/dt = J^-1 J^-T p/mu. The rate of an angle is 0 if its radius and its
+            angular momentum are 0.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, EQ2.1a.
         """
         rows = checked("q", q, (8,))
         mass = positive("mu", mu)
@@ -145,15 +311,52 @@ class Chart(NamedTuple):
         return self._defined("q", np.concatenate([rows[:4], v[list(self.rows)]]), rows)
 
     def jacobian(self, q: ArrayLike) -> Array:
-        """Compute J (4, 4, ...) = d(a1, a2, b1, b2)/dq at coordinates q (4, ...), column by column along the chain."""
+        """Compute the Jacobian J = d(a1, a2, b1, b2)/dq.
+
+        Parameters
+        ----------
+        {chart_points}
+
+        Returns
+        -------
+        ndarray, shape (4, 4, ...)
+            Matrices J; column j belongs to coordinate j.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+        """
         rows = checked("q", q, (4,))
         units = np.broadcast_to(np.eye(4).reshape(4, 4, *(1,) * (rows.ndim - 1)), (4, 4, *rows.shape[1:]))
         return self._defined("q", self._pushed(rows, units)[1], rows, skip=2)
 
     def metric(self, q: ArrayLike) -> Array:
-        """Compute the metric g_ij (4, 4, ...) of ds^2 = Tr(dphi^T dphi) at coordinates q (4, ...), the paper's formula.
+        """Compute the metric g_ij of ds^2 = Tr(dphi^T dphi), by the formula of the paper.
 
-        :Source: EQ6.1, and the label of the chart's line element.
+        Parameters
+        ----------
+        {chart_points}
+
+        Returns
+        -------
+        ndarray, shape (4, 4, ...)
+            Metric, defined on singular sets too if it is finite there.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, EQ6.1, and the label of the chart's line element.
         """
         rows = checked("q", q, (4,))
         self._ladder(rows)
@@ -161,11 +364,28 @@ class Chart(NamedTuple):
             return self._defined("q", self.form(*rows).tensor(), rows, skip=2)
 
     def inverse_metric(self, q: ArrayLike) -> Array:
-        """Compute g^ij (4, 4, ...), the quadratic form 2 mu T of the momenta, at coordinates q (4, ...) where density >
-        0.
+        """Compute the inverse metric g^ij, the quadratic form 2 mu T of the momenta.
 
-        :Formula: J^-1 J^-T.
-        :Source: EQ2.1a, EQ2.2f.
+        Parameters
+        ----------
+        {chart_points}
+
+        Returns
+        -------
+        ndarray, shape (4, 4, ...)
+            Matrices J^-1 J^-T.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the density is 0. The message names the singular set and
+            the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, EQ2.1a, EQ2.2f.
         """
         rows = checked("q", q, (4,))
         ladder, _ = self._ladder(rows)
@@ -179,33 +399,86 @@ class Chart(NamedTuple):
             return self._defined("q", np.einsum("ki...,kj...->ij...", p, p), rows, skip=2)
 
     def density(self, q: ArrayLike) -> Array:
-        """Compute sqrt|g| (...), the volume element of the chart, at coordinates q (4, ...): the paper's formula, >= 0.
+        """Compute the density sqrt(det g), by the formula of the paper.
 
-        :Source: section 5, the measure; derived for the charts that section does not use.
+        Parameters
+        ----------
+        {chart_points}
+
+        Returns
+        -------
+        ndarray, shape (...)
+            Volume element of the chart, not negative.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, section 5, the measure; derived for the charts that section 5 does not use.
         """
         rows = checked("q", q, (4,))
         with np.errstate(all="ignore"):
             return self._defined("q", np.abs(self.form(*rows).density + np.zeros(rows.shape[1:])), rows, skip=0)
 
     def kinetic_energy(self, q: ArrayLike, mu: float = 1.0) -> Array:
-        """Compute T (...) from coordinates and velocities q (8, ...).
+        """Compute the kinetic energy from coordinates and velocities.
 
-        mu: the inertia, > 0.
+        Parameters
+        ----------
+        {chart_velocities}
+        {inertia}
 
-        :Formula: T = mu/2 g_ij dq^i/dt dq^j/dt.
-        :Source: EQ2.0a, EQ2.0b, EQ2.2a.
+        Returns
+        -------
+        ndarray, shape (...)
+            Energy T = mu/2 g_ij dq^i/dt dq^j/dt.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, EQ2.0a, EQ2.0b, EQ2.2a.
         """
         rows = checked("q", q, (8,))
         mass = positive("mu", mu)
         return mass / 2 * np.einsum("ij...,i...,j...->...", self.metric(rows[:4]), rows[4:], rows[4:])
 
     def kinetic_energy_from_momenta(self, q: ArrayLike, mu: float = 1.0) -> Array:
-        """Compute T (...) from coordinates and conjugate momenta q (8, ...), also where the inverse metric is infinite.
+        """Compute the kinetic energy from coordinates and momenta.
 
-        mu: the inertia, > 0.
+        Parameters
+        ----------
+        {chart_momenta}
+        {inertia}
 
-        :Formula: T = ``|J^-T p|^2``/2 mu = g^ij p_i p_j/2 mu.
-        :Source: EQ2.1a, EQ2.2f.
+        Returns
+        -------
+        ndarray, shape (...)
+            Energy T = ``|J^-T p|^2``/(2 mu) = g^ij p_i p_j/(2 mu), also if the inverse metric is infinite.
+
+        Raises
+        ------
+        TypeError
+            If `q` is not an array of real numbers.
+        ValueError
+            If the shape is wrong, a number is not finite, or the result does not exist. The message names the singular
+            set and the orbit.
+
+        References
+        ----------
+        Martens & Slawianowski, EQ2.1a, EQ2.2f.
         """
         rows = checked("q", q, (8,))
         mass = positive("mu", mu)

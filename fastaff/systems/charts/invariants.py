@@ -8,12 +8,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Array, at_orbit, checked, first
+from ...core.docstrings import inserts_parameters
 
 ROOT2 = np.sqrt(2.0)
 
 
 class AngularMomenta(NamedTuple):
-    """Hold the angular momenta of the planes, p_eta and p_gamma, the spin p_phi and the vorticity p_psi (EQ2.1b)."""
+    """Hold the angular momenta of phase points.
+
+    Attributes
+    ----------
+    p_eta, p_gamma : ndarray, shape (...), action
+        Angular momenta of the planes a and b.
+    p_phi : ndarray, shape (...), action
+        Spin.
+    p_psi : ndarray, shape (...), action
+        Vorticity.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.1b.
+    """
 
     p_eta: Array
     p_gamma: Array
@@ -22,10 +37,21 @@ class AngularMomenta(NamedTuple):
 
 
 class Deformation(NamedTuple):
-    """Hold the deformation invariants D1 >= ``|D2|`` (EQ2.0) and alpha, beta >= 0 (EQ2.0b), one each per orbit.
+    """Hold the deformation invariants of phase points.
 
-    The properties are the paper's other names of the same two numbers; each is a formula of EQ2.2x-EQ2.2z or of the
-    exponential variables of section 3. a, b and delta raise ValueError where det phi <= 0, naming the orbit.
+    The properties are functions of the same two numbers. The properties a, b and delta raise `ValueError` if det phi <=
+    0; the message names the orbit.
+
+    Attributes
+    ----------
+    D1, D2 : ndarray, shape (...), length
+        Stretches, D1 >= ``|D2|``.
+    alpha, beta : ndarray, shape (...), length
+        Radii of the planes, (D1 + D2)/sqrt2 and (D1 - D2)/sqrt2, not negative.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.0, EQ2.0b, EQ2.2x-EQ2.2z; a, b and delta: section 3 and above EQ6.4a.
     """
 
     D1: Array
@@ -35,47 +61,47 @@ class Deformation(NamedTuple):
 
     @property
     def r(self) -> Array:
-        """The size Tr phi^T phi = D1^2 + D2^2 = alpha^2 + beta^2 (EQ2.2x)."""
+        """Size Tr phi^T phi = D1^2 + D2^2 = alpha^2 + beta^2 (EQ2.2x)."""
         return self.alpha**2 + self.beta**2
 
     @property
     def rho(self) -> Array:
-        """The radius sqrt(r) in R^4 (EQ2.2x)."""
+        """Radius sqrt(r) in R^4 (EQ2.2x)."""
         return np.hypot(self.alpha, self.beta)
 
     @property
     def epsilon(self) -> Array:
-        """The polar angle vartheta/2 in the plane (alpha, beta), in [0, pi/2]; 0 at alpha = beta = 0."""
+        """Polar angle vartheta/2 in the plane (alpha, beta), in [0, pi/2]; 0 if alpha = beta = 0."""
         return np.arctan2(self.beta, self.alpha)
 
     @property
     def vartheta(self) -> Array:
-        """The shear angle in [0, pi]: tan(vartheta) = (D1/D2 - D2/D1)/2 (EQ2.2x)."""
+        """Shear angle in [0, pi]: tan(vartheta) = (D1/D2 - D2/D1)/2 (EQ2.2x)."""
         return 2 * self.epsilon
 
     @property
     def area(self) -> Array:
-        """The dilatation det phi = D1 D2 = (alpha^2 - beta^2)/2 = (r/2) cos(vartheta) (EQ2.2y, EQ2.2z)."""
+        """Dilatation det phi = D1 D2 = (alpha^2 - beta^2)/2 = (r/2) cos(vartheta) (EQ2.2y, EQ2.2z)."""
         return self.D1 * self.D2
 
     @property
     def shear(self) -> Array:
-        """D1^2 - D2^2 = 2 alpha beta = r sin(vartheta) (EQ2.2y)."""
+        """Shear D1^2 - D2^2 = 2 alpha beta = r sin(vartheta) (EQ2.2y)."""
         return 2 * self.alpha * self.beta
 
     @property
     def a(self) -> Array:
-        """ln(D1 D2): the dilatation of the exponential variables."""
+        """Dilatation ln(D1 D2) of the exponential variables."""
         return np.log(self._positive("D1")) + np.log(self._positive("D2"))
 
     @property
     def b(self) -> Array:
-        """ln(D1/D2) >= 0: the shear of the exponential variables, sinh(b) = tan(vartheta)."""
+        """Shear ln(D1/D2) >= 0 of the exponential variables, sinh(b) = tan(vartheta)."""
         return np.log(self._positive("D1")) - np.log(self._positive("D2"))
 
     @property
     def delta(self) -> Array:
-        """sqrt(D1 D2) = e^{a/2} (section 7, above EQ6.4a)."""
+        """Dilatation sqrt(D1 D2) = exp(a/2) (section 7, above EQ6.4a)."""
         return np.sqrt(self._positive("D1") * self._positive("D2"))
 
     def _positive(self, name: str) -> Array:
@@ -89,12 +115,33 @@ class Deformation(NamedTuple):
 def from_matrix(phi: ArrayLike, momentum: ArrayLike) -> Array:
     """Convert matrices and their momenta to phase points.
 
-    phi: (2, 2, ...), [[x, y], [z, u]]. momentum: the same shape, [[p_x, p_y], [p_z, p_u]] (mu dphi/dt for a body).
+    Parameters
+    ----------
+    phi : array_like, shape (2, 2, ...)
+        Matrices [[x, y], [z, u]].
+    momentum : array_like, shape (2, 2, ...)
+        Momenta [[p_x, p_y], [p_z, p_u]], for a body mu dphi/dt.
 
-    :Returns: z, (8, ...).
-    :Raises: TypeError or ValueError for other shapes and for numbers not real and finite.
-    :Formula: a = (x + u, z - y)/sqrt2, b = (x - u, y + z)/sqrt2, and the same for the momenta (or velocities).
-    :Source: EQ2.2c' (the matrix elements); the planes are derived.
+    Returns
+    -------
+    ndarray, shape (8, ...)
+        Phase points: a1, a2, b1, b2, then their momenta.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not an array of real numbers.
+    ValueError
+        If a shape is wrong or a number is not finite.
+
+    Notes
+    -----
+    The planes are a = (x + u, z - y)/sqrt2 and b = (x - u, y + z)/sqrt2. Momenta and velocities transform in the same
+    way.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2c' (the matrix elements); the planes are derived.
 
     Examples
     --------
@@ -109,15 +156,35 @@ def from_matrix(phi: ArrayLike, momentum: ArrayLike) -> Array:
     return np.concatenate([_planes(position), _planes(conjugate)])
 
 
+@inserts_parameters
 def to_matrix(z: ArrayLike) -> tuple[Array, Array]:
     """Convert phase points to matrices and their momenta.
 
-    z: (8, ...).
+    Parameters
+    ----------
+    {body_states}
 
-    :Returns: (phi, momentum), each (2, 2, ...).
-    :Raises: TypeError or ValueError as `from_matrix`.
-    :Formula: [[x, y], [z, u]] = [[a1 + b1, b2 - a2], [a2 + b2, a1 - b1]]/sqrt2, and the same for the momenta.
-    :Source: EQ2.2c' (the matrix elements); the planes are derived.
+    Returns
+    -------
+    phi : ndarray, shape (2, 2, ...)
+        Matrices [[x, y], [z, u]].
+    momentum : ndarray, shape (2, 2, ...)
+        Momenta of the matrix elements.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not an array of real numbers.
+    ValueError
+        If a shape is wrong or a number is not finite.
+
+    Notes
+    -----
+    The matrix is [[a1 + b1, b2 - a2], [a2 + b2, a1 - b1]]/sqrt2, and the momenta likewise.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2c' (the matrix elements); the planes are derived.
 
     Examples
     --------
@@ -130,15 +197,34 @@ def to_matrix(z: ArrayLike) -> tuple[Array, Array]:
     return _matrix(rows[:4]), _matrix(rows[4:])
 
 
+@inserts_parameters
 def angular_momenta(z: ArrayLike) -> AngularMomenta:
-    """Compute the four angular momenta, constants of every doubly isotropic motion.
+    """Compute the angular momenta, constants of every doubly isotropic motion.
 
-    z: (8, ...).
+    Parameters
+    ----------
+    {body_states}
 
-    :Returns: AngularMomenta, each (...).
-    :Raises: TypeError or ValueError as `from_matrix`.
-    :Formula: p_eta = a x p_a, p_gamma = b x p_b, p_phi = p_gamma + p_eta, p_psi = p_gamma - p_eta; regular everywhere.
-    :Source: EQ2.1b.
+    Returns
+    -------
+    `AngularMomenta`
+        Four angular momenta of each phase point.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not an array of real numbers.
+    ValueError
+        If a shape is wrong or a number is not finite.
+
+    Notes
+    -----
+    The formulas p_eta = a x p_a, p_gamma = b x p_b, p_phi = p_gamma + p_eta, p_psi = p_gamma - p_eta are regular
+    everywhere.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.1b.
 
     Examples
     --------
@@ -151,16 +237,35 @@ def angular_momenta(z: ArrayLike) -> AngularMomenta:
     return AngularMomenta(p_eta, p_gamma, p_gamma + p_eta, p_gamma - p_eta)
 
 
+@inserts_parameters
 def deformation(z: ArrayLike) -> Deformation:
-    """Compute the deformation invariants, which rotations of space and of material leave unchanged.
+    """Compute the deformation invariants of phase points.
 
-    z: (8, ...).
+    Parameters
+    ----------
+    {body_states}
 
-    :Returns: Deformation, each (...).
-    :Raises: TypeError or ValueError as `from_matrix`.
-    :Formula: alpha = ``|a|``, beta = ``|b|``, D1, D2 = (alpha +- beta)/sqrt2; D1 and ``|D2|`` are the singular values
-        of phi. Near det phi = 0 the error of D2 is a few units of rounding of D1.
-    :Source: EQ2.0, EQ2.0b.
+    Returns
+    -------
+    `Deformation`
+        Invariants, which rotations of space and of the body leave unchanged.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not an array of real numbers.
+    ValueError
+        If a shape is wrong or a number is not finite.
+
+    Notes
+    -----
+    * alpha = ``|a|``, beta = ``|b|``, D1 = (alpha + beta)/sqrt2, D2 = (alpha - beta)/sqrt2.
+    * D1 and ``|D2|`` are the singular values of phi.
+    * Accuracy: near det phi = 0 the error of D2 is a few units of round-off of D1.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.0, EQ2.0b.
 
     Examples
     --------
@@ -174,14 +279,33 @@ def deformation(z: ArrayLike) -> Deformation:
 
 
 def vartheta_of_b(b: ArrayLike) -> Array:
-    """Compute the shear angle of the exponential shear b = ln(D1/D2), the Gudermannian.
+    """Compute the shear angle from the exponential shear, the Gudermannian.
 
-    b: (...).
+    Parameters
+    ----------
+    b : array_like, shape (...)
+        Exponential shear ln(D1/D2).
 
-    :Returns: vartheta (...) in (-pi/2, pi/2).
-    :Raises: TypeError or ValueError for numbers not real and finite.
-    :Formula: tan(vartheta) = sinh(b), sin(vartheta) = tanh(b), cos(vartheta) = 1/cosh(b), as 2 arctan(tanh(b/2)).
-    :Source: section 3, below EQ2.2z.
+    Returns
+    -------
+    ndarray, shape (...)
+        Shear angle vartheta in (-pi/2, pi/2), in radians.
+
+    Raises
+    ------
+    TypeError
+        If `b` is not an array of real numbers.
+    ValueError
+        If a number is not finite.
+
+    Notes
+    -----
+    The relations are tan(vartheta) = sinh(b), sin(vartheta) = tanh(b), cos(vartheta) = 1/cosh(b). The angle is computed
+    as 2 arctan(tanh(b/2)).
+
+    References
+    ----------
+    Martens & Slawianowski, section 3, below EQ2.2z.
 
     Examples
     --------
@@ -192,14 +316,32 @@ def vartheta_of_b(b: ArrayLike) -> Array:
 
 
 def b_of_vartheta(vartheta: ArrayLike) -> Array:
-    """Compute the exponential shear b = ln(D1/D2) of the shear angle, the inverse Gudermannian.
+    """Compute the exponential shear from the shear angle, the inverse Gudermannian.
 
-    vartheta: (...) in (-pi/2, pi/2), where det phi > 0.
+    Parameters
+    ----------
+    vartheta : array_like, shape (...), radians
+        Shear angle in (-pi/2, pi/2), where det phi > 0.
 
-    :Returns: b (...).
-    :Raises: ValueError for other angles.
-    :Formula: sinh(b) = tan(vartheta).
-    :Source: section 3, below EQ2.2z.
+    Returns
+    -------
+    ndarray, shape (...)
+        Exponential shear b = ln(D1/D2).
+
+    Raises
+    ------
+    TypeError
+        If `vartheta` is not an array of real numbers.
+    ValueError
+        If an angle is not in (-pi/2, pi/2).
+
+    Notes
+    -----
+    The relation is sinh(b) = tan(vartheta).
+
+    References
+    ----------
+    Martens & Slawianowski, section 3, below EQ2.2z.
 
     Examples
     --------
@@ -214,16 +356,39 @@ def b_of_vartheta(vartheta: ArrayLike) -> Array:
     return np.arcsinh(np.tan(angle))
 
 
+@inserts_parameters
 def rotate(z: ArrayLike, *, space: float = 0.0, body: float = 0.0) -> Array:
-    """Rotate phase points in space and in the body: phi -> O(space) phi O(body)^T, the momenta alike.
+    """Rotate phase points in space and in the body.
 
-    z: (8, ...). space, body: angles in radians, numbers or (...).
+    Parameters
+    ----------
+    {body_states}
+    space : array_like, shape (...), radians, default 0
+        Angle of the rotation of space.
+    body : array_like, shape (...), radians, default 0
+        Angle of the rotation of the body.
 
-    :Returns: z (8, ...).
-    :Raises: TypeError or ValueError as `from_matrix`.
-    :Formula: phi -> phi + space, psi -> psi + body, so plane a turns by space - body, plane b by space + body. (The
-        right translation phi -> phi O(x) is body = -x.)
-    :Source: EQ2.0, below it.
+    Returns
+    -------
+    ndarray, shape (8, ...)
+        Rotated phase points.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not an array of real numbers.
+    ValueError
+        If a shape is wrong or a number is not finite.
+
+    Notes
+    -----
+    * Matrices: phi -> O(space) phi O(body)^T, and the momenta likewise.
+    * Angles: phi -> phi + space, psi -> psi + body. Plane a rotates by space - body, plane b by space + body.
+    * The right translation phi -> phi O(x) is body = -x.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.0, below it.
 
     Examples
     --------
@@ -239,15 +404,33 @@ def rotate(z: ArrayLike, *, space: float = 0.0, body: float = 0.0) -> Array:
     return np.concatenate([np.stack(pair) for pair in turned])
 
 
+@inserts_parameters
 def reflect_space(z: ArrayLike) -> Array:
-    """Reflect phase points in space: phi -> diag(1, -1) phi, the momenta alike.
+    """Reflect phase points in space, phi -> diag(1, -1) phi.
 
-    z: (8, ...).
+    Parameters
+    ----------
+    {body_states}
 
-    :Returns: z (8, ...).
-    :Raises: TypeError or ValueError as `from_matrix`.
-    :Formula: det phi changes its sign, alpha <-> beta, (eta, gamma) -> (-gamma, -eta).
-    :Source: derived (EQ2.0 with O(2)).
+    Returns
+    -------
+    ndarray, shape (8, ...)
+        Reflected phase points.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not an array of real numbers.
+    ValueError
+        If a shape is wrong or a number is not finite.
+
+    Notes
+    -----
+    The momenta transform likewise. The sign of det phi changes, alpha <-> beta, and (eta, gamma) -> (-gamma, -eta).
+
+    References
+    ----------
+    Martens & Slawianowski, derived from EQ2.0 with O(2).
 
     Examples
     --------
@@ -260,15 +443,33 @@ def reflect_space(z: ArrayLike) -> Array:
     return np.stack([b1, -b2, a1, -a2, pb1, -pb2, pa1, -pa2])
 
 
+@inserts_parameters
 def reflect_body(z: ArrayLike) -> Array:
-    """Reflect phase points in the body: phi -> phi diag(1, -1), the momenta alike.
+    """Reflect phase points in the body, phi -> phi diag(1, -1).
 
-    z: (8, ...).
+    Parameters
+    ----------
+    {body_states}
 
-    :Returns: z (8, ...).
-    :Raises: TypeError or ValueError as `from_matrix`.
-    :Formula: det phi changes its sign, alpha <-> beta, eta <-> gamma.
-    :Source: derived (EQ2.0 with O(2)).
+    Returns
+    -------
+    ndarray, shape (8, ...)
+        Reflected phase points.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not an array of real numbers.
+    ValueError
+        If a shape is wrong or a number is not finite.
+
+    Notes
+    -----
+    The momenta transform likewise. The sign of det phi changes, alpha <-> beta, and eta <-> gamma.
+
+    References
+    ----------
+    Martens & Slawianowski, derived from EQ2.0 with O(2).
 
     Examples
     --------

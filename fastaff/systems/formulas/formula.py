@@ -175,7 +175,8 @@ def hamiltonian(
         With a drive it may depend on t. ``H = sum (p_i - e A_i)^2/(2 m_i) + V``, where V includes the charge and the
         speed of light is 1. The canonical momentum of x is p_x.
     drive_period : float or str, optional
-        Period of a driven system. The text may contain the time t.
+        Period of a driven system. The text contains the time t. The rows are q, t, p, p_t, and T + V + p_t is
+        conserved. Initial conditions of 2n rows have t = p_t = 0.
     friction : float or str, optional
         Rate g of dp/dt = -dV/dq - g p. The energy is not conserved, so it is not checked: energy_error is 0. Supported
         by `integrate`, `poincare_map`, `tangent_map` and `chaos_map`.
@@ -202,8 +203,7 @@ def hamiltonian(
     -----
     * H with momenta: H = T(p) + V(q) is split if T has no poles and its minimum at p = 0; that minimum counts as energy
       of V. A term -Omega (x p_y - y p_x) becomes `rotation`. Any other H needs GAUSS8, GAUSS16, DOP853 or VERNER9.
-    * Drive: the rows are q, t, p, p_t, and T + V + p_t is conserved. Initial conditions of 2n rows have t = p_t = 0.
-      The time is reduced to the period. The only sections are `Stroboscopic`, "t=0".
+    * Drive: the time is reduced to the period. The only sections are `Stroboscopic`, "t=0".
     * Friction: splittings are conformally symplectic and contract volume as exp(-n g t). BLANES_MOAN6 and other schemes
       for a quadratic T lose their order.
     * Domain: by default the margin is the least argument of logarithms and roots, and of poles with one sign

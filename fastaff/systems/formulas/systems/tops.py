@@ -208,8 +208,10 @@ def AsymmetricTop(
     chart : {"euler", "quaternion"}, default "euler"
         Coordinates of the body.
 
-        * "euler": Euler's angles theta, phi, psi (z-x-z) in radians, singular at theta = 0 and pi.
+        * "euler": Euler's angles theta, phi, psi (z-x-z) in radians, singular at theta = 0 and pi. ``up = (sin theta
+          sin psi, sin theta cos psi, cos theta)``.
         * "quaternion": q0, ..., q3, which rotates the axes of the body into those of space. It has no singular points.
+          ``p = 2 q L``, and ``q2 = q . q`` and ``qp = q . p`` are conserved too.
 
     Returns
     -------
@@ -227,9 +229,8 @@ def AsymmetricTop(
     -----
     * Hamiltonian: ``H = L_1^2/(2 I_1) + L_2^2/(2 I_2) + L_3^2/(2 I_3) + h . up``, with the angular momentum L and the
       vertical along the principal axes.
-    * Euler's angles: ``up = (sin theta sin psi, sin theta cos psi, cos theta)``, ``L_1 = k sin psi + p_theta cos psi``,
-      ``L_2 = k cos psi - p_theta sin psi``, ``L_3 = p_psi``, ``k = (p_phi - p_psi cos theta)/sin theta``.
-    * Quaternion: ``p = 2 q L``. ``q2 = q . q`` and ``qp = q . p`` are conserved too.
+    * Euler's angles: ``L_1 = k sin psi + p_theta cos psi``, ``L_2 = k cos psi - p_theta sin psi``, ``L_3 = p_psi``, ``k
+      = (p_phi - p_psi cos theta)/sin theta``.
     * Conserved (`constants_of_motion`): energy, p_phi; L2 (h = 0); p_psi (I_1 = I_2, h_1 = h_2 = 0); Kovalevskaya's
       integral (I_1 = I_2 = 2 I_3, h_3 = 0); Goryachev-Chaplygin's (I_1 = I_2 = 4 I_3, h_3 = 0, p_phi = 0 only).
 
