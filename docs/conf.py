@@ -68,6 +68,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # shapes and units are in the docstrings
 napoleon_google_docstring = False
 napoleon_use_param = napoleon_use_rtype = False
+napoleon_custom_sections = [("Attributes", "params_style")]  # a list, as of parameters: types are no references
 default_role = "py:obj"  # names in single quotes
 autosummary_generate = False
 add_module_names = False

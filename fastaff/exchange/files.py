@@ -40,7 +40,15 @@ FORMAT = 1
 
 
 class Saved(NamedTuple):
-    """Contents of a file: arrays by name, and the metadata of `save`."""
+    """Hold the contents of a file of `save`.
+
+    Attributes
+    ----------
+    arrays : dict of ndarray
+        Arrays by name.
+    metadata : dict
+        Versions, machine, call and all other values that `save` writes.
+    """
 
     arrays: dict[str, np.ndarray]
     metadata: dict[str, Any]
@@ -51,21 +59,22 @@ class Saved(NamedTuple):
 
 @says_progress
 def save(path: StrPath, result: object, *, overwrite: bool = False, **parameters: Any) -> Path:
-    """Write a result and all that made it to an .npz file; `load` gives the same result back.
+    """Write a result and the call that made it to a file.
 
     Parameters
     ----------
     path : path
-        With or without .npz. Or with .csv, .parquet, .nc or .mat, for other programs: tables have a row for each item
-        and leave out arrays with more axes, such as samples; NetCDF and MATLAB files have all arrays.
-    result : result
-        A SectionMap, FrequencyMap, Orbits, Grid, any other result or dataclass. Its call is kept: `recipe` reads it
-        back.
+        File. Without an ending or with .npz, `load` gives the same result back. Other endings are for other programs:
+
+        * .csv and .parquet: tables with a row for each item. Arrays with more axes, such as samples, are left out.
+        * .nc and .mat: NetCDF and MATLAB files with all arrays.
+    result : Result or dataclass
+        Result of an analysis. Its call is stored too; `recipe` reads it.
     overwrite : bool, default False
-        Replace an existing file. Otherwise the new file gets a number (`name-2.npz`).
-    **parameters : any
-        Other values to keep: model, energy, seed, threads, wall_time. Arrays go beside those of the result, the rest
-        into the metadata.
+        True to replace an existing file. Else the new file gets the first free number, such as "name-2.npz".
+    **parameters : object
+        Other values to store in an .npz file, such as an energy, a seed or a wall time. Arrays are stored as arrays,
+        other values as metadata.
 
     Returns
     -------
@@ -75,16 +84,19 @@ def save(path: StrPath, result: object, *, overwrite: bool = False, **parameters
     Raises
     ------
     TypeError
-        The value is no result, or has arrays of objects, or for a table none along its items.
+        If `result` is not a result, if an array holds objects, or if a table has no arrays along the items.
     ValueError
-        Parameters are given for a file of another program; the path has another ending.
-    ImportError, OSError
-        The package that writes such a file is missing; as in `open`.
+        If `path` has another ending, or if parameters are given for a file of another program.
+    ImportError
+        If the package that writes such a file is missing.
+    OSError
+        If the file cannot be written.
 
     Notes
     -----
-    Metadata: versions, machine, CPU, cores, date, command line, the counts of each status, scheme, section and the
-    parameters. The file is complete or absent: it is written under another name and then moved.
+    * Metadata: versions, machine, CPU, cores, date, command line, the counts of each status, scheme, section and the
+      parameters.
+    * The file is complete or absent: it is written under another name and then moved.
 
     References
     ----------
@@ -152,34 +164,32 @@ def _(result: Result, path: Any, **parameters: Any) -> Path:
 
 @says_progress
 def load(path: StrPath, **given: Any) -> Any:
-    """Read the result in a file of `save`: the same class, with the same bits in every field, and its call.
+    """Read the result in a file of `save`.
 
     Parameters
     ----------
     path : path
         File of `save`.
-    **given : any
-        Fields that the file can't hold, functions and values of classes of your own, by name.
+    **given : object
+        Fields that the file cannot hold, by name: functions and values of user-defined classes.
 
     Returns
     -------
-    result
-        The result saved.
+    Result
+        Result of the same class, bitwise the same in every field, with its call.
 
     Raises
     ------
-    FileNotFoundError, ValueError
-        There is no file; `save` did not write it, or another version wrote it in a format of its own; memory has no
-        room for an array; the class is no result of the package; or a field is to be given, which the message names.
+    FileNotFoundError
+        If there is no file.
+    ValueError
+        If `save` did not write the file, its format is of another version, its class is not of the package, an array
+        does not fit in memory, or a field must be given. The message names the field.
 
     Notes
     -----
-    Nothing in the file is executed: it names classes of the package, numbers and formulas, which are read as
-    mathematics. `contents` reads a file's arrays and metadata as they are.
-
-    References
-    ----------
-    As in `save`.
+    No part of the file is executed. It names classes of the package, numbers and formulas, which are read as
+    mathematics. `contents` reads the arrays and metadata as they are.
 
     Examples
     --------
@@ -198,9 +208,24 @@ def load(path: StrPath, **given: Any) -> Any:
 
 
 def contents(path: Any) -> Saved:
-    """Return the contents of a file of `save`, also of a class that is not known here: arrays by name and the metadata.
+    """Return the arrays and metadata of a file of `save`.
 
-    :Raises: FileNotFoundError; ValueError for a file that `save` did not write or that memory has no room for.
+    Parameters
+    ----------
+    path : path
+        File of `save`. The class of its result need not exist here.
+
+    Returns
+    -------
+    `Saved`
+        Arrays by name, and the metadata.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no file.
+    ValueError
+        If `save` did not write the file, or if it does not fit in memory.
 
     Examples
     --------
@@ -228,25 +253,63 @@ def contents(path: Any) -> Saved:
 
 
 class Recipe(NamedTuple):
-    """A call read from a file: the function of that name in the list of analyses, which makes
-    the result again, bit for bit.
+    """Hold a call that was read from a file.
+
+    Attributes
+    ----------
+    function : str
+        Name of the analysis.
+    arguments : dict
+        Arguments by name.
     """
 
     function: str
     arguments: dict[str, Any]
 
     def run(self, **instead: Any) -> Any:
-        """Make the result again, with other values of the arguments given here."""
+        """Compute the result again.
+
+        Parameters
+        ----------
+        **instead : object
+            Other values of arguments, by name.
+
+        Returns
+        -------
+        Result
+            Result, bitwise the same if no argument is replaced.
+        """
         return _public(self.function)(**{**self.arguments, **instead})
 
 
 def recipe(path: Any, **given: Any) -> Recipe:
-    """Return the call that made the result in a file of `save`: function, model with its formula, z0, every option.
+    """Return the call that made the result in a file of `save`.
 
-    :Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the
-        package and models of formulas are made anew from their numbers and texts; functions and values of classes of
-        your own, which the file can't hold, are to be given by name. Nothing in the file is executed.
-    :Raises: as `load`; ValueError for a file without a call, or naming the arguments to be given.
+    Parameters
+    ----------
+    path : path
+        File of `save`.
+    **given : object
+        Arguments that replace those in the file, by name. Functions and values of user-defined classes, which the file
+        cannot hold, must be given.
+
+    Returns
+    -------
+    `Recipe`
+        Function and arguments: model with its formula, initial conditions and every option.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no file.
+    ValueError
+        If `save` did not write the file, if it has no call, or if an argument must be given. The message names the
+        argument.
+
+    Notes
+    -----
+    Models, sections and schemes of the package and models of formulas are made again from their numbers and texts. No
+    part of the file is executed.
 
     Examples
     --------

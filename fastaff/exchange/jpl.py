@@ -19,12 +19,28 @@ SAME = 1e-6
 
 
 class PeriodicTable(NamedTuple):
-    """Periodic orbits of a file: the circular restricted problem of three bodies in its turning frame, in the units of
-    their distance and motion.
+    """Hold periodic orbits of the circular restricted three-body problem.
 
-    model: with the mass ratio m; z0 (6, orbits): x, y, z and the momenta seen from a frame at rest, p_x = vx - y, p_y =
-    vy + x, p_z; period, jacobi, stability (orbits,); family: its name; length, time: the units, km and s, NaN where the
-    file does not say.
+    The frame rotates. Lengths and times are in the units of the distance and the motion of the primaries.
+
+    Attributes
+    ----------
+    model : model
+        System with the mass ratio m.
+    z0 : ndarray, shape (6, orbits)
+        Initial conditions: x, y, z and the momenta in a frame at rest, p_x = vx - y, p_y = vy + x, p_z.
+    period : ndarray, shape (orbits,), time
+        Periods.
+    jacobi : ndarray, shape (orbits,)
+        Jacobi constants.
+    stability : ndarray, shape (orbits,)
+        Stability indices, NaN if the file has none.
+    family : str
+        Name of the family.
+    length : float, km
+        Unit of length, NaN if the file has none.
+    time : float, s
+        Unit of time, NaN if the file has none.
     """
 
     model: Any
@@ -38,11 +54,28 @@ class PeriodicTable(NamedTuple):
 
 
 def read_periodic(path: StrPath) -> PeriodicTable:
-    """Read a file of ssd-api.jpl.nasa.gov/periodic_orbits.api, whose keys are signature, system, family, fields, data.
+    """Read a file of periodic orbits of JPL's Solar System Dynamics.
 
-    :Returns: a `PeriodicTable`, whose z0 `integrate`, `periodic_orbits` and `continuation` take.
-    :Raises: ValueError where a key or field is missing, or where the states have other Jacobi constants than the file,
-        C = x^2 + y^2 + 2 (1 - m)/r1 + 2 m/r2 - v^2, with or without the constant m (1 - m).
+    Parameters
+    ----------
+    path : path
+        File of ssd-api.jpl.nasa.gov/periodic_orbits.api, with the keys system, fields and data.
+
+    Returns
+    -------
+    `PeriodicTable`
+        Model and orbits. Its z0 suits `integrate`, `periodic_orbits` and `continuation`.
+
+    Raises
+    ------
+    ValueError
+        If a key or a field is missing, or if the states have other Jacobi constants than the file.
+    OSError
+        If the file cannot be read.
+
+    Notes
+    -----
+    The Jacobi constant is C = x^2 + y^2 + 2 (1 - m)/r1 + 2 m/r2 - v^2, with or without the constant m (1 - m).
 
     Examples
     --------

@@ -40,13 +40,36 @@ LANGUAGES = {"c": _c, "heyoka": _heyoka}
 
 
 def source(model: Any, language: str = "c") -> str:
-    """Return the equations of motion dz/dt of a model that is a formula as source text.
+    """Return the equations of motion of a formula as source text.
 
-    :Parameters: model of `hamiltonian` or `ode`, HenonHeiles or DoublePendulum; language: "c", for `void rates(double
-        t, const double *z, const double *c, double *dz)`, or "heyoka", for Python that makes `system` and `parameters`
-        of taylor_adaptive(system, z0, pars=parameters). z: the rows of fastaff without t, p_t; c: the model's fields.
-    :Raises: TypeError for a model that is no such formula, ValueError for another language; ImportError without SymPy.
-    :Source: Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy: derivatives, common subexpressions, printing).
+    Parameters
+    ----------
+    model : model
+        Result of `hamiltonian` or `ode`, `HenonHeiles` or `DoublePendulum`.
+    language : {"c", "heyoka"}, default "c"
+        Language of the text.
+
+        * "c": ``void rates(double t, const double *z, const double *c, double *dz)``.
+        * "heyoka": Python that makes ``system`` and ``parameters`` for ``taylor_adaptive(system, z0,
+          pars=parameters)``.
+
+    Returns
+    -------
+    str
+        Source text. Its z are the rows of fastaff without t and p_t, its c the fields of the model.
+
+    Raises
+    ------
+    TypeError
+        If `model` is not such a formula.
+    ValueError
+        If `language` is another one, or if the model has gammainc.
+    ImportError
+        If SymPy is missing.
+
+    References
+    ----------
+    Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy: derivatives, common subexpressions, printing).
 
     Examples
     --------

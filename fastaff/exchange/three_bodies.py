@@ -23,7 +23,19 @@ TEXT = "-1/sqrt((x1 - x2)**2 + (y1 - y2)**2)" + "".join(f" - m/sqrt((x{k} - x3)*
 
 
 class ThreeBodies(NamedTuple):
-    """Bodies of masses 1, 1, m, G = 1: model, of x1, y1, ..., y3 and momenta; z0 (12, orbits), period (orbits,)."""
+    """Hold orbits of three bodies in a plane.
+
+    The masses are 1, 1 and m; the gravitational constant is 1.
+
+    Attributes
+    ----------
+    model : model
+        System of x1, y1, x2, y2, x3, y3 and their momenta.
+    z0 : ndarray, shape (12, orbits)
+        Initial conditions.
+    period : ndarray, shape (orbits,), time
+        Periods.
+    """
 
     model: Any
     z0: np.ndarray
@@ -31,13 +43,37 @@ class ThreeBodies(NamedTuple):
 
 
 def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.0) -> ThreeBodies:
-    """Return orbits that begin on a line, at (-1, 0), (1, 0) and (0, 0), with velocities (v1, v2) of the first two and
-    -2 (v1, v2)/m3 of the third: the isosceles collinear starts of the tables.
+    """Return orbits of three bodies that begin on a line.
 
-    :Parameters: v1, v2, period: numbers or arrays (orbits,) with G = 1; m3: the third mass, those of the others are 1.
-    :Returns: `ThreeBodies`, for `integrate`, `periodic_orbits`, `continuation`; bodies come close: scheme="verner9".
-    :Raises: ValueError, TypeError for other numbers.
-    :Source: Suvakov & Dmitrasinovic 2013, PRL 110, 114301; Li & Liao 2017, SCPMA 60, 129511; Li+ 2018, PASJ 70, 64.
+    Parameters
+    ----------
+    v1, v2 : float or array_like, shape (orbits,)
+        Velocity of the first two bodies in x and y. The third has -2 (v1, v2)/m3.
+    period : float or array_like, shape (orbits,)
+        Periods.
+    m3 : float, default 1
+        Mass of the third body; the others have mass 1. The gravitational constant is 1.
+
+    Returns
+    -------
+    `ThreeBodies`
+        Model and initial conditions for `integrate`, `periodic_orbits` and `continuation`. Bodies come close, so use
+        ``scheme="verner9"``.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not a number or an array of numbers.
+    ValueError
+        If `m3` is not positive, or if shapes do not match.
+
+    Notes
+    -----
+    The bodies begin at (-1, 0), (1, 0) and (0, 0): the isosceles collinear initial conditions of the tables.
+
+    References
+    ----------
+    Suvakov & Dmitrasinovic 2013, PRL 110, 114301; Li & Liao 2017, SCPMA 60, 129511; Li+ 2018, PASJ 70, 64.
 
     Examples
     --------
@@ -55,12 +91,31 @@ def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.
 
 
 def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
-    """Read a table of such orbits as `ThreeBodies`: text, or a page of Li & Liao, github.com/sjtu-liao/three-body.
+    """Read a table of three-body orbits.
 
-    The first numbers with two decimals or more of a line, or of a row of HTML, are v1, v2, the period and perhaps the
-    scaled period ``T |E|^(3/2)``. Among rows with a mass in parentheses those of m3 are taken.
+    Parameters
+    ----------
+    path : path
+        Text, or a page of Li & Liao, github.com/sjtu-liao/three-body.
+    m3 : float, default 1
+        Mass of the third body. Among rows with a mass in parentheses, only rows with this mass are read.
 
-    :Raises: ValueError where no row has three numbers, or where the states have other scaled periods than the table.
+    Returns
+    -------
+    `ThreeBodies`
+        Model and initial conditions.
+
+    Raises
+    ------
+    ValueError
+        If no row has three numbers, or if the states have other scaled periods than the table.
+    OSError
+        If the file cannot be read.
+
+    Notes
+    -----
+    The first numbers with two or more decimals of a line, or of a row of HTML, are v1, v2, the period and, optionally,
+    the scaled period ``T |E|^(3/2)``.
 
     Examples
     --------

@@ -175,12 +175,11 @@ def integrate(
     * Errors: with an accuracy, steps are halved until two runs agree. The second run uses twice the step and artificial
       damping at the level of round-off. The estimates cover 99 % of the true errors.
     * Chaotic orbits: errors grow exponentially; no step keeps them small beyond `accurate_until`.
-    * Domain: checked between steps. An orbit that leaves it within a step may go unnoticed, except at poles of
-      formulas.
+    * Domain: checked between steps. Leaving it within a step may go unnoticed, except at poles of formulas.
     * Energy: its error does not grow for splittings, but for RKN12.
     * Maps: no step, scheme or energy; energy_error is 0.
     * Cost: one force per stage; half as much again for the second run, twice if round-off exceeds the accuracy.
-    * Memory: 6 times z0, 12 times with an accuracy, and the samples.
+    * Memory: 6 times z0 (12 with an accuracy), plus samples.
 
     References
     ----------

@@ -3,6 +3,7 @@ with examples that run.
 """
 
 import ast
+import dataclasses
 import doctest
 import inspect
 import re
@@ -227,7 +228,7 @@ def test_every_public_name_is_on_one_page():
             assert name in own or id(getattr(import_module(module), name)) in values, f"{module}.{name}"
 
 
-OUTCOMES = ("Interrupted", "OrbitError", "Status")
+OUTCOMES = ("Classification", "Interrupted", "OrbitError", "Status")
 VERBS = {name: getattr(fastaff, name) for name in fastaff.__all__ if name not in OUTCOMES}
 VERBS = {name: value for name, value in VERBS.items() if callable(value)}
 VERBS |= fastaff.formulas.systems.SYSTEMS
@@ -237,9 +238,7 @@ VERBS |= {"spectrum": fastaff.quantum.spectrum, "Stroboscopic": fastaff.models.s
 
 def with_examples():
     """All functions of the API pages, and the classes there that have an example, by their dotted names."""
-    sys.path.insert(0, str(DOCS / "_ext"))
     reference = import_module("reference")
-    sys.path.remove(str(DOCS / "_ext"))
     entries = [entry for page in reference.PAGES.values() for entry in reference.members(page)]
     for module, name in entries:
         value = getattr(import_module(module), name)
@@ -248,7 +247,41 @@ def with_examples():
             yield f"{module}.{name}".removeprefix("fastaff."), value
 
 
+sys.path.insert(0, str(DOCS / "_ext"))
 EXAMPLES = dict(with_examples())
+API = [*import_module("reference").PAGES]
+sys.path.remove(str(DOCS / "_ext"))
+
+UNUSED = {
+    "GL01": "the summary begins beside the quotes",
+    "GL02": "one-line docstrings end beside the quotes",
+    "ES01": "an extended summary is optional",
+    "SA01": "the site has pages by task in place of See Also",
+    "EX01": "another test says which names need an example",
+    "GL08": "fields of named tuples are described by their class",
+}
+"""Codes of numpydoc's validator for which the package has another rule, with that rule."""
+
+
+def documented():
+    """All functions and classes of the API pages and the own methods of these classes, by page and dotted name."""
+    reference = import_module("reference")
+    for page, content in reference.PAGES.items():
+        for module, name in reference.members(content):
+            value = getattr(import_module(module), name)
+            if inspect.isclass(value) or inspect.isroutine(value) or hasattr(value, "py_func"):
+                yield page, f"{module}.{name}", value
+            for method, entry in vars(value).items() if inspect.isclass(value) else ():
+                kinds = (property, classmethod, staticmethod)
+                if not method.startswith("_") and (inspect.isfunction(entry) or isinstance(entry, kinds)):
+                    yield page, f"{module}.{name}.{method}", entry
+
+
+def fields_of(cls):
+    """Return the names of the fields of a dataclass or named tuple, or the members of an enumeration."""
+    if dataclasses.is_dataclass(cls):
+        return [field.name for field in dataclasses.fields(cls)]
+    return [*getattr(cls, "_fields", getattr(cls, "__members__", ()))]
 
 
 def sections(value):
@@ -272,6 +305,27 @@ def test_public_docstrings_name_parameters_results_and_errors(name):
     if inspect.isfunction(value):
         assert found["Returns"].strip()
         assert found["Raises"].strip()
+
+
+@pytest.mark.parametrize("page", API)
+def test_numpydoc_finds_no_fault_in_public_docstrings(page):
+    """A class that the package makes lists its fields, in their order, as attributes in place of parameters."""
+    validate = pytest.importorskip("numpydoc.validate").validate
+    faults = []
+    for own, name, value in documented():
+        if own != page or not inspect.getdoc(value):
+            continue
+        unused = {*UNUSED}
+        if inspect.isclass(value) and "Attributes" in sections(value) and fields_of(value):
+            entries = re.findall(r"^(\w.*?) : \S", sections(value)["Attributes"], re.MULTILINE)
+            if [one for entry in entries for one in entry.split(", ")] != fields_of(value):
+                faults.append(f"{name}: its attributes must be {', '.join(fields_of(value))}")
+            unused.add("PR01")
+        found = [(code, text) for code, text in validate(name)["errors"] if code not in unused]
+        faults += [f"{name}: {code} {text}" for code, text in found]
+        if re.search(r"^ *\{\w+\}$", inspect.getdoc(value), re.MULTILINE):
+            faults.append(f"{name}: an entry of fastaff.core.docstrings is not inserted")
+    assert not faults, "\n".join(faults)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -25,7 +25,7 @@ class Body(NamedTuple):
     Parameters
     ----------
     potential : potential
-        Potential of `fastaff.models`, such as `NeoHookean`, or any NamedTuple with the methods value, slopes,
+        Potential of ``fastaff.models``, such as `NeoHookean`, or any NamedTuple with the methods value, slopes,
         curvatures and margin.
     {inertia}
 

@@ -25,7 +25,7 @@ class SeparableAlphaBeta(NamedTuple):
     Parameters
     ----------
     V_alpha, V_beta : function of one variable
-        Terms of V: each a class of `fastaff.models` or a result of `univariate`.
+        Terms of V: each a class of ``fastaff.models`` or a result of `univariate`.
 
     Notes
     -----
@@ -123,7 +123,7 @@ class SeparableRVartheta(NamedTuple):
     Parameters
     ----------
     V_r, V_vartheta : function of one variable
-        Terms of V: each a class of `fastaff.models` or a result of `univariate`.
+        Terms of V: each a class of ``fastaff.models`` or a result of `univariate`.
 
     Notes
     -----
@@ -241,7 +241,7 @@ class SeparableElliptic(NamedTuple):
     Parameters
     ----------
     V_kappa, V_lambda : function of one variable
-        Terms of V: each a class of `fastaff.models` or a result of `univariate`.
+        Terms of V: each a class of ``fastaff.models`` or a result of `univariate`.
 
     Notes
     -----
