@@ -23,7 +23,9 @@ PARAMETERS = {
     "z0": """
         z0 : array_like, shape (2n,) or (2n, orbits)
             Initial conditions: coordinates, then their momenta; orbits are the last axis. An `EnergyGrid`, an
-            `EnergySample`, or an object of another package that holds phase points is accepted too.
+            `EnergySample`, or an object of another package that holds phase points is accepted too: a
+            PhaseSpacePosition of gala (in kpc and Myr), an Orbit of galpy (in natural units), or Particles of xtrack
+            that are alive (x, y, px, py).
         """,
     "accuracy": """
         accuracy : float, default 1e-10
@@ -208,14 +210,6 @@ PARAMETERS = {
         **parameters : float
             Value of each parameter of the formula, by name. Parameters are numbers at run time: another value needs no
             compilation.
-        """,
-    "growth": """
-        growth : Growth
-            Numbers kept of the deviation vectors of a block of orbits.
-        """,
-    "lane": """
-        i : int
-            Lane, the place of the orbit in its block.
         """,
     "ensemble": """
         ensemble : Ensemble

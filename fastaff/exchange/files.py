@@ -88,7 +88,7 @@ def save(path: StrPath, result: object, *, overwrite: bool = False, **parameters
     ValueError
         If `path` has another ending, or if parameters are given for a file of another program.
     ImportError
-        If the package that writes such a file is missing.
+        If the package that writes this format is missing.
     OSError
         If the file cannot be written.
 
@@ -183,13 +183,17 @@ def load(path: StrPath, **given: Any) -> Any:
     FileNotFoundError
         If there is no file.
     ValueError
-        If `save` did not write the file, its format is of another version, its class is not of the package, an array
-        does not fit in memory, or a field must be given. The message names the field.
+        If `save` did not write the file, or if its format or class is unknown to this version. Also if an array does
+        not fit in memory, or if a field must be given; the message names the field.
 
     Notes
     -----
     No part of the file is executed. It names classes of the package, numbers and formulas, which are read as
     mathematics. `contents` reads the arrays and metadata as they are.
+
+    References
+    ----------
+    The .npy format, NEP 1.
 
     Examples
     --------

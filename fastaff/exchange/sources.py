@@ -61,7 +61,7 @@ def source(model: Any, language: str = "c") -> str:
     Raises
     ------
     TypeError
-        If `model` is not such a formula.
+        If `model` is not one of these.
     ValueError
         If `language` is another one, or if the model has gammainc.
     ImportError

@@ -128,9 +128,12 @@ def show_progress(shown: bool = True) -> None:
 
     Notes
     -----
-    * Cost: a thread that wakes five times a second, 0.1 ms for a call.
-    * Expected time of compilation: a table, scaled by the speed of this machine, which the first kernels measure. It is
-      stored in seconds.json of the folder of the compile cache.
+    A line costs a thread that wakes five times a second, 0.1 ms for a call.
+
+    References
+    ----------
+    Expected times of compilation are those of a table, scaled by the speed of this machine. The first kernels measure
+    it, and it is stored in seconds.json of the folder of the compile cache.
 
     Examples
     --------

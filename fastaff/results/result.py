@@ -230,7 +230,7 @@ class Drawable:
 
 
 class Result(Drawable):
-    """Provide what all results share.
+    """Provide the methods that all results share.
 
     A result has items, mostly orbits, which are the last axis of its arrays. ``len(result)`` is their number,
     ``result[items]`` the result of some of them, and ``result["name"]`` an array or a row by its name. Iteration yields
@@ -322,7 +322,7 @@ class Result(Drawable):
         TypeError
             If the result has no items.
         ValueError
-            If `items` is not such an index. The message names the values allowed.
+            If `items` is not an index of the items. The message names the values allowed.
         """
         index = index_of(self, items)
         found = dataclasses.replace(
@@ -466,7 +466,7 @@ class Result(Drawable):
         ValueError
             If the ending is another one, or if parameters are given for a file of another program.
         ImportError
-            If the package that writes such a file is missing.
+            If the package that writes this format is missing.
         OSError
             If the file cannot be written.
         """

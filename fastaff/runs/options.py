@@ -80,8 +80,8 @@ class Options:
     TypeError
         If a value has a wrong type.
     ValueError
-        If a value is out of range, or if accuracy and step are both given, or if the scheme has no fixed steps for an
-        accuracy.
+        If a value is out of range, or if both an accuracy and a step are given. Also if the scheme has no fixed steps
+        for an accuracy.
 
     Examples
     --------

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ...core.docstrings import inserts_parameters
 from ..elementary import exp, log
 from ..jit import LANES, jit
 from .deviations import ROWS, Parts, parts_of
@@ -44,14 +43,15 @@ def growth_of(n, k, m, memory):
 
 
 @jit(inline=True)
-@inserts_parameters
 def time(growth, i):
     """Return the time of an orbit.
 
     Parameters
     ----------
-    {growth}
-    {lane}
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
 
     Returns
     -------
@@ -70,16 +70,17 @@ def time(growth, i):
 
 
 @jit(inline=True)
-@inserts_parameters
 def length(growth, j, i):
     """Return the logarithm of the length of a deviation vector.
 
     Parameters
     ----------
-    {growth}
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
     j : int
         Number of the vector, from 0.
-    {lane}
+    i : int
+        Lane, the place of the orbit in its block.
 
     Returns
     -------
@@ -98,16 +99,17 @@ def length(growth, j, i):
 
 
 @jit(inline=True)
-@inserts_parameters
 def stretch(growth, j, i):
     """Return the logarithm of the growth that one more vector adds to a volume.
 
     Parameters
     ----------
-    {growth}
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
     j : int
         Number of the vector, from 0.
-    {lane}
+    i : int
+        Lane, the place of the orbit in its block.
 
     Returns
     -------
@@ -156,14 +158,15 @@ def mean_megno(growth, i):
 
 
 @jit
-@inserts_parameters
 def log_volume(growth, i, count):
     """Return the logarithm of the volume of normalised deviation vectors.
 
     Parameters
     ----------
-    {growth}
-    {lane}
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
     count : int
         Number of vectors, the first ones.
 
@@ -187,14 +190,15 @@ def log_volume(growth, i, count):
 
 
 @jit
-@inserts_parameters
 def volume(growth, i, count):
     """Return GALI of the first deviation vectors.
 
     Parameters
     ----------
-    {growth}
-    {lane}
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
     count : int
         Number of vectors, the first ones.
 
@@ -215,14 +219,15 @@ def volume(growth, i, count):
 
 
 @jit
-@inserts_parameters
 def alignment(growth, i):
     """Return SALI of the first two deviation vectors.
 
     Parameters
     ----------
-    {growth}
-    {lane}
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
 
     Returns
     -------

@@ -120,8 +120,8 @@ class Automatic:
     Notes
     -----
     * Choice: the cheapest candidate that meets `energy_error` on about 64 orbits. A symplectic scheme of up to 1.5
-      times the least cost is preferred. If no scheme meets it, the most accurate is taken; if none keeps the sample in
-      the domain, an adaptive one.
+      times the least cost is preferred. If no candidate meets it, the most accurate is taken. If no candidate keeps
+      the sample in the domain, an adaptive one is taken.
     * Steps: fixed steps are as long as the error allows. An adaptive scheme keeps the tolerances; its error is assumed
       to grow in proportion to time.
     * Cost is counted in force evaluations, never timed, so every machine chooses the same.

@@ -726,8 +726,8 @@ def univariate(value: Arithmetic, slope: Arithmetic | None = None, curvature: Ar
     -----
     * Global numbers in the functions are fixed at their first compilation. For parameters that change at run time,
       write a NamedTuple with the same methods, like `Oscillator`.
-    * A point where a function is infinite or NaN is outside its domain. For `action_angles` such a point is a hard
-      wall; integration needs a potential that grows instead.
+    * A point where a function is infinite or NaN is outside its domain. For `action_angles` that is a hard
+      wall. Integration needs a potential that grows instead.
 
     References
     ----------

@@ -189,7 +189,7 @@ class ReducedBody(NamedTuple):
     def from_planes(self, z):
         """Reduce phase points of the body.
 
-        The angles are dropped. The angular momenta of `z` are not checked: they should be those of this model.
+        The angles are dropped. The angular momenta of `z` are not checked; they should equal p_eta and p_gamma.
 
         Parameters
         ----------
@@ -263,7 +263,7 @@ def reduced_body(model: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
     * Sections: p_alpha = 0, ``Hyperplane(normal=(0, 0, 1, 0))``, is `AlphaTurning` of the body. If p_gamma is not 0,
       p_beta = 0, ``Hyperplane(normal=(0, 0, 0, 1))``, is `BetaTurning`.
     * Cost: the reduced body has half the rows and is twice as fast.
-    * Periodic orbits: their only neutral directions are those of the flow and of the energy.
+    * Periodic orbits: their only neutral directions are the flow and the energy.
 
     References
     ----------

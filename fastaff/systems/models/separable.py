@@ -110,7 +110,7 @@ class SeparableAlphaBeta(NamedTuple):
         Returns
         -------
         float or ndarray
-            0.5 where V is finite, else -0.5.
+            0.5 if V is finite, else -0.5.
         """
         V = self.value(A, B)
         return 1.0 * (V - V == 0) - 0.5
@@ -228,7 +228,7 @@ class SeparableRVartheta(NamedTuple):
         Returns
         -------
         float or ndarray
-            0.5 where V is finite, else -0.5.
+            0.5 if V is finite, else -0.5.
         """
         V = self.value(A, B)
         return 1.0 * (V - V == 0) - 0.5
@@ -390,7 +390,7 @@ class SeparableElliptic(NamedTuple):
         Returns
         -------
         float or ndarray
-            0.5 where V is finite, else -0.5.
+            0.5 if V is finite, else -0.5.
         """
         V = self.value(A, B)
         return 1.0 * (V - V == 0) - 0.5

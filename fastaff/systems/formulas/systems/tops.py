@@ -216,7 +216,7 @@ def AsymmetricTop(
     Returns
     -------
     model
-        Model of `hamiltonian` with the fields I_1 to h_3. Its rows are those of the chart and their momenta.
+        Model of `hamiltonian` with the fields I_1 to h_3. Its rows are the coordinates of the chart and their momenta.
 
     Raises
     ------
