@@ -278,9 +278,9 @@ def documented():
 
 
 def fields_of(cls):
-    """Return the names of the fields of a dataclass or named tuple, or the members of an enumeration."""
+    """Return the names of the public fields of a dataclass or named tuple, or the members of an enumeration."""
     if dataclasses.is_dataclass(cls):
-        return [field.name for field in dataclasses.fields(cls)]
+        return [field.name for field in dataclasses.fields(cls) if not field.name.startswith("_")]
     return [*getattr(cls, "_fields", getattr(cls, "__members__", ()))]
 
 

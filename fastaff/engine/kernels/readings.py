@@ -129,31 +129,96 @@ def stretch(growth, j, i):
 
 @jit
 def first_length(growth, i):
-    """Return the decades by which the first vector has grown."""
+    """Return the growth of the first deviation vector.
+
+    Parameters
+    ----------
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
+
+    Returns
+    -------
+    float
+        Growth in decades.
+    """
     return length(growth, 0, i) / LN10
 
 
 @jit
 def first_stretch(growth, i):
-    """Return the decades by which the first of the orthonormal vectors has grown."""
+    """Return the growth of the first of the orthonormal vectors.
+
+    Parameters
+    ----------
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
+
+    Returns
+    -------
+    float
+        Growth in decades.
+    """
     return stretch(growth, 0, i) / LN10
 
 
 @jit
 def largest_length(growth, i):
-    """Return the most decades by which the first vector had grown at any step."""
+    """Return the largest growth of the first deviation vector at any step.
+
+    Parameters
+    ----------
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
+
+    Returns
+    -------
+    float
+        Growth in decades.
+    """
     return growth.memory[ROWS.largest * LANES + i] / LN10
 
 
 @jit
 def largest_across(growth, i):
-    """Return the most decades of the part of the first vector across the flow at any step."""
+    """Return the largest growth of the first vector across the flow at any step.
+
+    Parameters
+    ----------
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
+
+    Returns
+    -------
+    float
+        Growth in decades of the part across the flow.
+    """
     return growth.memory[ROWS.largest_across * LANES + i] / LN10
 
 
 @jit
 def mean_megno(growth, i):
-    """Return the mean of MEGNO over the time."""
+    """Return the mean of MEGNO over the time.
+
+    Parameters
+    ----------
+    growth : Growth
+        Numbers kept of the deviation vectors of a block of orbits.
+    i : int
+        Lane, the place of the orbit in its block.
+
+    Returns
+    -------
+    float
+        Mean of MEGNO.
+    """
     return growth.memory[ROWS.area * LANES + i] / time(growth, i)
 
 
