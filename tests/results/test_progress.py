@@ -122,7 +122,7 @@ def test_a_branch_says_where_it_is(monkeypatch, shown):
     with progress.watched("find_periodic_orbits"):
         starts = np.array([start, [0.0, 0.1, 0.3, 0.3]]).T
         fa.find_periodic_orbits(fa.HenonHeiles(), starts, section="x=0", max_crossings=2, scan_crossings=8, step=0.1)
-        assert progress._Shown.line.said == ", period 2 of 2"
+        assert progress._Shown.line.said == ", 2 of 2 crossings"
     assert told == [("find_periodic_orbits", 0.0), ("find_periodic_orbits", 0.5)]
     told.clear()
     with progress.watched("tunes"):
