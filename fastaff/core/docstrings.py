@@ -247,6 +247,126 @@ PARAMETERS = {
         z : array_like, shape (8, ...)
             Phase points of the body: a1, a2, b1, b2, then their momenta.
         """,
+    "torus_guess": """
+        guess : array_like, shape (8,) or (8, orbits), optional
+            Phase point in the intended potential well, if the effective potentials have several wells.
+        """,
+    "body": """
+        model : Body
+            Affinely-rigid body.
+        """,
+    "solvable_body": """
+        model : Body
+            Body with closed-form states: `Harmonic`, `Anharmonic` and other oscillators with potential barriers.
+        """,
+    "hbar": """
+        hbar : float, default 1
+            Planck's constant over 2 pi, positive, in units of the actions.
+        """,
+    "spin_vorticity": """
+        m, l : int
+            Quantum numbers of spin and vorticity. Their sum is even for functions on GL(2,R).
+        """,
+    "single_valued": """
+        single_valued : bool, default True
+            Require m + l even, for functions on GL(2,R). False: functions on its double cover, with any m and l.
+        """,
+    "class_count": """
+        count : int
+            Number of levels of each symmetry class, at least 1.
+        """,
+    "quantum_chart": """
+        chart : Chart, optional
+            Coordinates in which the body separates: `ALPHA_BETA` or `R_VARTHETA`. They label the levels. Default: the
+            first of these in which it separates.
+        """,
+    "levels_tolerance": """
+        tolerance : float, default 1e-10
+            Largest error of a converged level, relative to E and to the spacing of the levels.
+        """,
+    "invariant_values": """
+        x, y : array_like
+            Deformation invariants of `chart`, broadcast against each other.
+        """,
+    "invariant_chart": """
+        chart : Chart, optional
+            Coordinates of the invariants: `ALPHA_BETA` for alpha and beta, `R_VARTHETA` for r and vartheta,
+            `TWO_POLAR` for D1 and D2. Default: the chart of the state, or `ALPHA_BETA` for a packet.
+        """,
+    "packet_time": """
+        time : float or array_like, shape (times,), default 0
+            Times. Their shape comes first in the result.
+        """,
+    "spacing": """
+        s : array_like
+            Spacings in units of the mean spacing.
+        """,
+    "ax": """
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on. Default: new axes.
+        """,
+    "norm": """
+        norm : matplotlib.colors.Normalize, optional
+            Colour scale.
+        """,
+    "colour_range": """
+        vmin, vmax : float, optional
+            Lower and upper end of the colour scale.
+        """,
+    "colour_label": """
+        label : str, optional
+            Label of the colour bar.
+        """,
+    "colorbar": """
+        colorbar : bool, default True
+            Draw a colour bar.
+        """,
+    "dot_size": """
+        size : float, optional
+            Area of a dot in square points.
+        """,
+    "executor": """
+        executor : object with a method ``submit``, optional
+            Executor of the chunks: pools of threads or of spawned processes, loky, mpi4py.futures, submitit or
+            ``dask.distributed.Client.get_executor()``. Every worker writes into the store and must reach it by its
+            path. Default: this process.
+        """,
+    "chunk_threads": """
+        threads : int, optional
+            Number of threads of a chunk. Default: all cores, or 1 with an executor. Results do not depend on it.
+        """,
+    "on_chunk": """
+        on_chunk : callable, optional
+            Function that is called after each chunk with its `Progress` and its `Chunk`.
+        """,
+    "allow_other_cpu": """
+        allow_other_cpu : bool, default False
+            Resume a store that was begun on another kind of processor. The store records it.
+        """,
+    "chunk_number": """
+        chunk : int
+            Number of the chunk, from 0.
+        """,
+    "analysis_name": """
+        analysis : str
+            Name of the analysis, for example ``"frequency_map"``.
+        """,
+    "job_run": """
+        run : RunOptions
+            Options of the integration.
+        """,
+    "job_trial": """
+        few : object
+            A few orbits for a trial: system, section and z0.
+        """,
+    "job_orbits": """
+        orbits : object
+            Orbits to analyse: system, section and z0.
+        """,
+    "resolved_options": """
+        resolve_defaults : dict
+            Options that `resolve_defaults` returned.
+        """,
 }
 """Entries of parameter lists in numpydoc form, by the name that stands for them."""
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.status import Status
 from ..engine.threads import checked_threads
@@ -27,17 +28,41 @@ from .separation import Separated, separate
 
 @dataclass(frozen=True)
 class ActionAngles(Result):
-    """Action-angle description of states of a separable body; arrays over orbits last, rows as `names`.
+    """Action-angle variables of states of a separable body.
 
-    names: the two coordinates of the chart, then phi, psi (eta, gamma where an angle has a potential); J (4, orbits),
-    closed integrals of p dq (`I` = J/2 pi); nu (4, orbits) = dE/dJ, in cycles per unit time (`omega` = 2 pi nu); theta
-    (4, orbits), the angles conjugate to J, in cycles [0, 1): they grow by nu per unit time and {theta_i, J_j} =
-    delta_ij. J_eta, J_gamma, nu_eta, nu_gamma, theta_eta, theta_gamma: those of the primitive cycles; phi = (gamma +
-    eta)/2, psi = (gamma - eta)/2, so theta_phi, theta_psi are defined up to adding 1/2 to both. constants (4, orbits)
-    with `constant_names`: the separation constants; turning_points (2, 2, orbits): least and largest value of both
-    coordinates, which name the well an orbit is in; region (2, orbits): signs of p_eta and p_gamma (0 on the border).
-    energy, status (orbits,); error (orbits,): estimate of the relative error of nu, from the last Fourier coefficients
-    and the rounding of small differences: covers 99 % of the orbits (a closed form: rounding).
+    Attributes
+    ----------
+    names : tuple of str
+        Rows: the two coordinates of the chart, then phi and psi, or eta and gamma if an angle has a potential.
+    J : ndarray, shape (4, orbits)
+        Actions, the closed integrals of p dq.
+    nu : ndarray, shape (4, orbits)
+        Frequencies dE/dJ, in cycles per unit time.
+    theta : ndarray, shape (4, orbits)
+        Angles conjugate to J, in cycles from 0 to 1. They grow by nu per unit time, and {theta_i, J_j} = delta_ij.
+        theta_phi and theta_psi are defined up to adding 1/2 to both, because phi = (gamma + eta)/2 and psi = (gamma -
+        eta)/2.
+    energy : ndarray, shape (orbits,)
+        Energy.
+    constant_names : tuple of str
+        Names of the separation constants.
+    constants : ndarray, shape (4, orbits)
+        Separation constants, rows as `constant_names`.
+    region : ndarray of int, shape (2, orbits)
+        Signs of p_eta and p_gamma, 0 on the border.
+    error : ndarray, shape (orbits,)
+        Estimate of the relative error of nu, from the last Fourier coefficients and round-off of small differences. It
+        covers 99 % of the orbits. For closed forms it is round-off.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each orbit.
+    nu_eta, nu_gamma : ndarray, shape (orbits,)
+        Frequencies of the primitive cycles of eta and gamma, in cycles per unit time.
+    theta_eta, theta_gamma : ndarray, shape (orbits,)
+        Angles of the primitive cycles of eta and gamma, in cycles.
+    separated : object
+        The body in its chart of separation.
+    regular_turning_points : ndarray, shape (2, 2, orbits)
+        Turning points in the regular variables of the coordinates; `turning_points` has the coordinates themselves.
     """
 
     names: tuple[str, ...]
@@ -59,32 +84,36 @@ class ActionAngles(Result):
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743
-        """Actions J/2 pi."""
+        """Actions J/2 pi, shape (4, orbits)."""
         return self.J / TURN
 
     @property
     def omega(self) -> np.ndarray:
-        """Angular frequencies 2 pi nu, in radians per unit time."""
+        """Angular frequencies 2 pi nu, in radians per unit time, shape (4, orbits)."""
         return TURN * self.nu
 
     @property
     def turning_points(self) -> np.ndarray:
-        """Least and largest value of both coordinates, (2, 2, orbits)."""
+        """Turning points of both coordinates, shape (2, 2, orbits).
+
+        The least and largest values identify the potential well of an orbit.
+        """
         return self.separated.turning_points(self.regular_turning_points[:, :2])
 
     @property
     def J_eta(self) -> np.ndarray:
-        """Action of the primitive cycle of eta."""
+        """Action of the primitive cycle of eta, shape (orbits,)."""
         return (self.J[2] - self.J[3]) / 2 if self.separated.isotropic else self.J[2]
 
     @property
     def J_gamma(self) -> np.ndarray:
-        """Action of the primitive cycle of gamma."""
+        """Action of the primitive cycle of gamma, shape (orbits,)."""
         return (self.J[2] + self.J[3]) / 2 if self.separated.isotropic else self.J[3]
 
 
 @coerces_arguments(z0=starts_of)
 @records_call
+@inserts_parameters
 def action_angles(
     model: SeparableModel,
     z0: Starts,
@@ -93,42 +122,49 @@ def action_angles(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> ActionAngles:
-    """Find actions, frequencies, angles and separation constants of states of a separable body.
+    """Compute actions, frequencies, angles and separation constants of states of a separable body.
 
     Parameters
     ----------
-    model : `Body` or `StackelBody`
-        Its potential separates: Harmonic, Anharmonic, Hyperelastic, HeavyTop, SeparableAlphaBeta, SeparableRVartheta,
-        SeparableElliptic, or any with a property alpha_beta, r_vartheta or elliptic.
-    z0 : array (8,) or (8, orbits)
-        Phase points.
-    chart : `Chart`, optional
-        For bodies that separate in several: ALPHA_BETA, R_VARTHETA, ELLIPTIC (default: the first of these).
-    threads, callback : as in `integrate`
+    model : Body or StackelBody
+        Body with a separable potential: `Harmonic`, `Anharmonic`, `Hyperelastic`, `HeavyTop`, `SeparableAlphaBeta`,
+        `SeparableRVartheta`, `SeparableElliptic`, or a user-defined one with a property ``alpha_beta``, ``r_vartheta``
+        or ``elliptic``.
+    z0 : array_like, shape (8,) or (8, orbits)
+        Phase points: a1, a2, b1, b2, then their momenta.
+    chart : Chart or str, optional
+        Coordinates of separation: `ALPHA_BETA`, `R_VARTHETA` or `ELLIPTIC`. Default: the first of these in which the
+        body separates.
+    {threads}
+    {callback}
 
     Returns
     -------
-    `ActionAngles`
-        Status of an orbit, never an exception: UNBOUND (J, nu, theta are NaN), ACTION_ZERO (circular orbits and
-        equilibria: limits where they exist, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0
-        on an orbit through alpha = 0 or beta = 0, or an equilibrium there: actions are limits; the frequency of that
-        angle jumps, NaN), NOT_CONVERGED (too close to an unstable equilibrium).
+    ActionAngles
+        Actions, frequencies and angles, with one column for each orbit.
 
     Raises
     ------
-    TypeError, ValueError
-        An argument is wrong, or the body does not separate.
+    TypeError
+        If the model is not a body or an argument has the wrong type.
+    ValueError
+        If the body does not separate, or an argument has a wrong value or shape.
     Interrupted
-        On Ctrl-C, with the result so far in `.partial`.
+        On Ctrl-C. The result so far is in its attribute ``partial``.
 
     Notes
     -----
-    J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ come from the derivatives of the integrals to the
-    separation constants. Oscillators with walls have closed forms. Others are sums over midpoints of the phase between
-    the turning points, spectrally accurate, their number doubled until the last Fourier coefficients vanish (16 to
-    2048). The relative error of nu is 1e-14 in the median, 1e-12 for 99 % of random orbits (bench/test_tori.py). Narrow
-    wells and small shears, whose energy is a difference in its last digits, get G from a polynomial fit and the width
-    from the state itself. Memory: 300 bytes for each state.
+    - Method: J, dE/dJ and dS/dJ are quadratures over the phase between the turning points. Oscillators with walls have
+      closed forms.
+    - Accuracy: spectral, with 16 to 2048 points. The relative error of nu is 1e-14 in the median and 1e-12 for 99 % of
+      random orbits.
+    - ``UNBOUND``: J, nu and theta are NaN.
+    - ``ACTION_ZERO``: circular orbits and equilibria. Values are limits if they exist; the angle of a vanishing action
+      is NaN.
+    - ``SEPARATRIX``: p_eta or p_gamma = 0 on an orbit or equilibrium at alpha = 0 or beta = 0. Actions are limits; that
+      frequency is NaN.
+    - ``NOT_CONVERGED``: the orbit is too close to an unstable equilibrium.
+    - Memory: 300 bytes per state.
 
     References
     ----------

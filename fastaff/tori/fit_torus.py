@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..chaos.chaos_map import chaos_map
 from ..core.classification import Classification
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, positive
 from ..core.status import Status
@@ -47,6 +48,7 @@ ROUNDS = 4
 
 @coerces_arguments(z0=starts_of, scheme=scheme_of)
 @records_call
+@inserts_parameters
 def fit_torus(
     model: Dynamics,
     z0: Starts,
@@ -59,59 +61,57 @@ def fit_torus(
     atol: float = 1e-12,
     callback: Callback | None = None,
 ) -> TorusFit:
-    """Find the Fourier torus that the orbit of `model` from `z0` lies on, separable or not.
+    """Fit a Fourier torus to the orbit of any model.
 
     Parameters
     ----------
     model : model
-        A system with an energy, a driven one, or a map.
-    z0 : array (2n,)
-        Phase point at the start.
-    time : float > 0, time
-        Length of the fit, best 200 periods or more; for a map, or in periods of a drive, 1000 or more, many more in
-        four dimensions. Half as much again is integrated for the prediction.
+        System with an energy, driven system or map. ODE systems are not supported.
+    z0 : array_like, shape (2n,)
+        Initial conditions of one orbit.
+    time : float
+        Length of the fit in units of time, best 200 periods or more. For a map, number of iterates, and for a driven
+        system, number of drive periods: 1000 or more, many more in four dimensions. The prediction takes half as much
+        again.
     tolerance : float, default 1e-6
-        Largest residual and prediction error of a torus.
-    step, scheme, rtol, atol : as in `integrate`
-        Default scheme: SOFRONIOU_SPALETTA10, GAUSS16 for H(q, p).
+        Largest residual and largest prediction error of a torus.
+    step : float, optional
+        Largest fixed step size, in units of time. Default: chosen for the orbit.
+    scheme : Scheme or str, optional
+        Integration method or its name. Default: ``"SOFRONIOU_SPALETTA10"``, and ``"GAUSS16"`` for nonseparable
+        Hamiltonians.
+    {rtol}
+    {atol}
     callback : callable, optional
-        Called with the fraction done, a quarter for each of the orbit, the orbit with half the step, the fit and the
-        classification.
+        Function that is called with the completed fraction: a quarter each for the orbit, the orbit with half the step
+        size, the fit and the classification.
 
     Returns
     -------
-    `TorusFit`
-        An orbit that escapes is IRREGULAR, one that fails otherwise UNDECIDED, with its status as evidence.
+    TorusFit
+        The torus. An orbit that escapes is ``IRREGULAR``, one that fails otherwise is ``UNDECIDED``; its status is in
+        ``evidence``.
 
     Raises
     ------
-    ValueError, TypeError, Interrupted
-        As in `integrate`.
+    TypeError
+        If an argument has the wrong type or the model does not support regular motion.
+    ValueError
+        If an argument has a wrong value or shape, for example more than one orbit.
+    Interrupted
+        On Ctrl-C. The result so far is in its attribute ``partial``.
 
     Notes
     -----
-    The lines of NAFF in the natural signals of the librations (`model.angles`) are identified with integer combinations
-    of as few frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all
-    frequencies and the coefficients up to an order that grows until they are at rounding are fitted together by
-    windowed least squares. Actions: I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k, so I_eta = p_eta and I_gamma = p_gamma of
-    a body come out as a check. Basis: for a body the librations and then eta, gamma; for the libration lattice the
-    dominant lines of the natural signals if they are a basis, with positive frequencies, each named as in a frequency
-    map. Exact relations k . nu = 0, ``|k_i| <= 8``, lower the dimension. The origin of the angles is where the largest
-    coefficients that are a basis are real and positive.
-
-    For a map, and for a driven system's map over its period from the phase of z0, the torus has n angles; its lines are
-    combinations of its frequencies and of one turn, which is no frequency of it. If lines are fractions of a turn, the
-    orbit has as many pieces, and one of them is fitted. Rows with a period are fitted beside their winding, at their
-    weighted mean rate, those of a flow too. J of an angle without winding is positive, the area within the curve of a
-    plane: this decides between nu and 1 - nu. J of one that winds is the area under the curve.
-
-    Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer
-    ones are left out (evidence "terms left out"), which can cost the classification: then it is UNDECIDED, as below
-    eight periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
-    (bench/test_torus_fit.py). nu_error is the change between unequal parts of the window, and with half the step.
-    IRREGULAR is an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time;
-    of a body that has `tangent_force`, or a map): weak chaos below `tolerance` passes. Cost: a fast
-    Fourier transform of each signal in each of some 20 passes: 0.1 to 3 s an orbit.
+    - Method: `naff` lines are identified with integer combinations of fundamental frequencies, then all are fitted by
+      windowed least squares.
+    - Accuracy: spectral in time and order; nu and J to 2e-13 relative for separable bodies over time 300.
+    - Lines of low order closer than 1.5 cycles over `time` are left out (evidence "terms left out"). Such orbits, and
+      runs below eight periods, can be ``UNDECIDED``.
+    - ``IRREGULAR``: the prediction fails and `MEGNO` and `SALI` find chaos over the same time. Weak chaos below
+      `tolerance` passes. Flows without ``tangent_force`` are not tested for chaos.
+    - Exact relations k . nu = 0 with ``|k_i| <= 8`` lower the dimension.
+    - Cost: 0.1 to 3 s per orbit.
 
     References
     ----------
@@ -308,21 +308,48 @@ def fit_samples(
     coordinates: Sequence[str] | None = None,
     tolerance: float = 1e-6,
 ) -> TorusFit:
-    """Fit a Fourier torus to the samples of one orbit of another program.
+    """Fit a Fourier torus to samples of one orbit from another program.
 
-    :Parameters: samples (2n, samples) or (2n, 1, samples), dt, times, coordinates as in `orbit_frequencies`, 384
-        samples or more of an orbit that does not end, dense enough for all harmonics; tolerance: largest prediction
-        error of a torus.
-    :Returns: TorusFit, whose residual and energy are NaN and model None: no equations of motion are known.
-    :Raises: ValueError or TypeError naming the wrong argument.
+    Parameters
+    ----------
+    samples : array_like, shape (2n, samples) or (2n, 1, samples)
+        Coordinates, then momenta, of an orbit that does not end: 384 samples or more, dense enough for all harmonics.
+    dt : float, optional
+        Time between samples.
+    times : array_like, shape (samples,), optional
+        Times of the samples instead of `dt`, equally spaced to a millionth. Default: the times of an `Orbits` or a
+        labelled array.
+    coordinates : sequence of str, optional
+        Names of the 2n rows.
+    tolerance : float, default 1e-6
+        Largest prediction error of a torus.
 
-    The first two thirds of the samples are fitted as `fit_torus` does its own; the fit predicts the last third. Where
-    the prediction fails, the orbit is IRREGULAR if its frequencies change from half to half (`orbit_frequencies`),
-    else UNDECIDED. nu_error does not include the scheme that made the samples. theta0 are the angles of the first one.
-    Actions J are those of the given rows, canonical if these are.
+    Returns
+    -------
+    TorusFit
+        The torus. The equations of motion are unknown, so the residual and the energy are NaN and the model is None.
+        The angles theta0 belong to the first sample.
 
-    :Cost: as `fit_torus`, without its runs.
-    :Source: as `fit_torus`.
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If an argument has a wrong value or shape, or the times are not equally spaced.
+
+    Notes
+    -----
+    - Method: the first two thirds of the samples are fitted as in `fit_torus`. The fit predicts the last third.
+    - If the prediction fails, the orbit is ``IRREGULAR`` if its frequencies change between the halves of the run
+      (`orbit_frequencies`), else ``UNDECIDED``.
+    - Accuracy: nu_error does not include the errors of the integrator that made the samples. J are the actions of the
+      given rows, and canonical if these are.
+    - Cost: as `fit_torus` without the integration.
+
+    References
+    ----------
+    Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533, 134; Percival 1974, J. Phys. A 7, 794; Das,
+    Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111.
 
     Examples
     --------

@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import numbers, shown
 from ..core.status import Status
@@ -31,6 +32,7 @@ LARGEST_ACTION = 1e150
 
 
 @says_progress
+@inserts_parameters
 def from_action_angles(
     model: SeparableModel,
     J: ArrayLike,
@@ -40,39 +42,40 @@ def from_action_angles(
     guess: ArrayLike | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
-    """Find the phase points of given actions and angles on the tori of a separable body: the inverse of
-    `action_angles`.
+    """Compute the phase points of given actions and angles, the inverse of `action_angles`.
 
     Parameters
     ----------
-    model : `Body`
-        Doubly isotropic and separable in (alpha, beta) or (r, vartheta).
-    J : array (4,) or (4, orbits), action
-        J >= 0 of the two coordinates, then J_phi, J_psi.
-    theta : array (4,) or (4, orbits), cycles
-        Angles; a single column goes with any number of the other.
-    chart : as in `action_angles`
-    guess : array (8,) or (8, orbits), optional
-        Phase point in the intended well, where the effective potentials have several.
-    threads : as in `integrate`
+    model : Body
+        Body with a doubly isotropic potential that separates in (alpha, beta) or (r, vartheta).
+    J : array_like, shape (4,) or (4, orbits)
+        Actions of the two coordinates, at least 0, then J_phi and J_psi.
+    theta : array_like, shape (4,) or (4, orbits)
+        Angles in cycles. A single column of J or theta is used for all columns of the other.
+    {chart}
+    {torus_guess}
+    {threads}
 
     Returns
     -------
-    array (8, orbits), or (8,) for single ones
+    ndarray, shape (8,) or (8, orbits)
         Phase points.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong, or no torus has these actions.
+    TypeError
+        If the model is not a body or an argument has the wrong type.
+    ValueError
+        If the body does not separate, no torus has these actions, or an argument has a wrong value or shape.
     Interrupted
-        On Ctrl-C, with NaN in `.partial` for points not yet found.
+        On Ctrl-C. Its attribute ``partial`` has the points found so far, and NaN for the others.
 
     Notes
     -----
-    The constants come by Newton's method on J, from the bottom of the effective potential, the phases by Newton's
-    method on theta = dS/dJ. J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `action_angles`
-    agree to 1e-11 or better.
+    - Method: Newton's method on J finds the separation constants, starting at the minimum of the effective potential.
+      Newton's method on theta = dS/dJ finds the phases.
+    - J_eta = 0 or J_gamma = 0 is the limit from above.
+    - Accuracy: round trips with `action_angles` agree to 1e-11 or better.
 
     References
     ----------
@@ -113,8 +116,18 @@ def from_action_angles(
 
 @dataclass(frozen=True)
 class EnergyOfActions(Result):
-    """E(J) of tori: energy (orbits,), its gradient nu = dE/dJ (4, orbits), the names of the rows; status (orbits,): NaN
-    where not OK.
+    """Energy and frequencies of tori as functions of their actions.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Rows of nu.
+    energy : ndarray, shape (orbits,)
+        Energy E(J), NaN unless the status is ``OK``.
+    nu : ndarray, shape (4, orbits)
+        Frequencies dE/dJ, in cycles per unit time, NaN unless the status is ``OK``.
+    status : ndarray of int, shape (orbits,)
+        `Status` of each torus.
     """
 
     names: tuple[str, ...]
@@ -124,6 +137,7 @@ class EnergyOfActions(Result):
 
 
 @records_call
+@inserts_parameters
 def energy_of_actions(
     model: SeparableModel,
     J: ArrayLike,
@@ -132,27 +146,38 @@ def energy_of_actions(
     guess: ArrayLike | None = None,
     threads: int | None = None,
 ) -> EnergyOfActions:
-    """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
+    """Compute the energy E(J) of tori and its gradient, the frequencies.
 
     Parameters
     ----------
-    model, J, chart, guess, threads : as in `from_action_angles`
+    model : Body
+        Body with a doubly isotropic potential that separates in (alpha, beta) or (r, vartheta).
+    J : array_like, shape (4,) or (4, orbits)
+        Actions of the two coordinates, at least 0, then J_phi and J_psi.
+    {chart}
+    {torus_guess}
+    {threads}
 
     Returns
     -------
-    `EnergyOfActions`
-        At J_eta = 0 or J_gamma = 0 the gradient is the limit from above. An orbit whose actions belong to no torus has
-        the status UNBOUND or NOT_CONVERGED, and NaN.
+    EnergyOfActions
+        Energies and frequencies. If no torus has the actions, the status is ``UNBOUND`` or ``NOT_CONVERGED`` and the
+        values are NaN.
 
     Raises
     ------
-    TypeError, ValueError, Interrupted
-        As in `from_action_angles`.
+    TypeError
+        If the model is not a body or an argument has the wrong type.
+    ValueError
+        If the body does not separate, or an argument has a wrong value or shape.
+    Interrupted
+        On Ctrl-C. The result so far is in its attribute ``partial``.
 
     Notes
     -----
-    Closed forms for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the
-    quadratures.
+    - Method: closed forms for the oscillators (EQ3.21-3.23, EQa and EQb of the paper, corrected), else Newton's method
+      on the quadratures of `action_angles`.
+    - At J_eta = 0 or J_gamma = 0 the gradient is the limit from above.
 
     References
     ----------

@@ -110,34 +110,40 @@ def separate(model: Any, chart: Chart | str | None = None) -> Separated:
 def constants_of_motion(
     model: SeparableModel, z: ArrayLike, *, chart: Chart | str | None = None
 ) -> dict[str, np.ndarray]:
-    """Compute the four constants of motion in involution of a separable body, or those of a named system H(q, p).
+    """Compute the constants of motion in involution of a separable body or a named system.
 
     Parameters
     ----------
-    model : `Body`, `StackelBody` or named system
-        With a separable potential; or a system of `fastaff.models` such as `AsymmetricTop`.
-    z : array (2n,) or (2n, orbits)
-        Phase points, 2n = 8 for a body.
-    chart : `Chart`, optional
-        One in which the body separates (see `separate`); named systems have none.
+    model : Body, StackelBody or named system
+        Body with a separable potential, or a system of ``fastaff.models`` with known constants, such as
+        `AsymmetricTop`.
+    z : array_like, shape (2n,) or (2n, orbits)
+        Phase points; 2n is 8 for a body.
+    chart : Chart or str, optional
+        Coordinates in which the body separates. Default: the first of `ALPHA_BETA`, `R_VARTHETA` and `ELLIPTIC`. Not
+        supported for named systems.
 
     Returns
     -------
-    dict of array (orbits,)
-        H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K, with p_phi and p_psi. Where the angles have
-        potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead. Named systems: see their docstrings.
+    dict of ndarray, shape (orbits,)
+        Constants by name. Bodies have H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K, with p_phi and
+        p_psi. If the angles have potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma replace p_phi and p_psi.
+        The constants of a named system are in its docstring.
 
     Raises
     ------
-    TypeError, ValueError
-        As in `separate`.
+    TypeError
+        If the model is neither a body nor a named system.
+    ValueError
+        If the body does not separate in the chart or in any, or `z` has a wrong shape.
 
     Notes
     -----
-    Formulas, regular in all R^4 where the potential is: ``H_alpha = |p_a|^2/(2 mu) + V_alpha + V_eta/alpha^2``;
-    h_vartheta = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu) + V_vartheta + ...; K = (h_kappa cos^2 lambda + h_lambda
-    cosh^2 kappa)/ (2 Delta), with the plus sign that the printed formula lacks, is ``|p_a|^2/(2 mu) + (sum of
-    squares)/(4 mu)`` + potentials.
+    - ``H_alpha = |p_a|^2/(2 mu) + V_alpha + V_eta/alpha^2``
+    - h_vartheta = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu) + V_vartheta + ...
+    - K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/(2 Delta), with the plus sign that the printed formula lacks.
+      It equals ``|p_a|^2/(2 mu) + (sum of squares)/(4 mu)`` plus potentials.
+    - The formulas are regular wherever the potential is.
 
     References
     ----------

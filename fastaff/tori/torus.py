@@ -56,23 +56,54 @@ SENTENCES = {
 
 @dataclass(frozen=True)
 class TorusFit(Result, axis=None):
-    """The torus of an orbit as a Fourier series: z(theta) = Re sum_k z_k exp(2 pi i k . theta), one k of each pair +-k.
+    """Torus of an orbit as a Fourier series z(theta) = Re sum_k z_k exp(2 pi i k . theta).
 
-    names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,),
-    the integrals of p dq over the cycles (`I` = J/2 pi); theta0 (d,), the angles of z0 in cycles, so that z(t) =
-    evaluate(theta0 + nu t); k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual:
-    largest ``|nu . dz/dtheta - X(z)|`` over points of the torus, relative to the largest ``|X|``; prediction_error:
-    largest distance between the orbit and evaluate(theta0 + nu t) after the fitted time, relative to the size of the
-    orbit; classification: REGULAR, RESONANT (d < n), IRREGULAR (no torus) or UNDECIDED; dimension d of the torus;
-    relations (n' - d, n'): integer vectors that annihilate the n' natural frequencies; evidence: numbers by name;
-    energy of z0; model.
+    The series has one k of each pair +-k. For a map, and for the stroboscopic map of a driven system, time is counted
+    in iterates or periods.
 
-    For a map, and for a driven system's map over its period, t counts turns (iterates, periods) and nu is in cycles per
-    turn: between 0 and 1, in the sense of a positive action; nu and J of an angle that winds have its own sense.
-    residual: largest ``|z(theta + nu) - M(z(theta))|`` relative to the size of the orbit about its middle; energy NaN.
-    winding (2n, d): the advance of a row in a cycle of an angle, its period or 0; None where nothing winds;
-    evaluate(theta) adds winding @ theta. islands: number of pieces of the orbit, images of each other; z(t) is above
-    for multiples t of it, nu is below 1/islands, and J is that of one of them.
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the angles.
+    nu : ndarray, shape (d,)
+        Frequencies in cycles per unit time. For a map, in cycles per iterate from 0 to 1, in the sense of a positive
+        action; an angle that rotates keeps its own sense.
+    nu_error : ndarray, shape (d,)
+        Errors of nu: the change between unequal parts of the window, and with half the step size. inf if there is no
+        torus.
+    J : ndarray, shape (d,)
+        Actions, the integrals of p dq over the cycles. For a map, the positive area within the curve of a libration, or
+        the area under the curve of an angle that rotates. For islands, the action of one of them.
+    theta0 : ndarray, shape (d,)
+        Angles of z0 in cycles, so that z(t) = evaluate(theta0 + nu t). At theta = 0 the largest coefficients that form
+        a basis are real and positive.
+    k : ndarray of int, shape (terms, d)
+        Integer vectors of the terms, the largest term first.
+    coefficients : ndarray of complex, shape (2n, terms)
+        Coefficients z_k.
+    residual : float
+        Largest ``|nu . dz/dtheta - X(z)|`` over points of the torus, relative to the largest ``|X|``. For a map, the
+        largest ``|z(theta + nu) - M(z(theta))|`` relative to the size of the orbit about its middle.
+    prediction_error : float
+        Largest distance between the orbit and the series after the fitted time, relative to the size of the orbit.
+    classification : Classification
+        ``REGULAR``, ``RESONANT`` (d < n), ``IRREGULAR`` (no torus) or ``UNDECIDED``.
+    dimension : int
+        Dimension d of the torus.
+    relations : ndarray of int, shape (n' - d, n')
+        Integer vectors that annihilate the n' natural frequencies.
+    evidence : dict of float
+        Numbers behind the classification, by name.
+    energy : float
+        Energy of z0, NaN for a map.
+    model : model
+        Model of the orbit, None for `fit_samples`.
+    winding : ndarray, shape (2n, d), optional
+        Advance of a row in a cycle of an angle, its period or 0. The series adds winding @ theta. None if nothing
+        winds.
+    islands : int
+        Number of pieces of the orbit, which are images of each other. The series then describes times that are
+        multiples of it, and nu is below 1/islands.
     """
 
     names: tuple[str, ...]
@@ -100,12 +131,12 @@ class TorusFit(Result, axis=None):
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743
-        """Actions J/2 pi."""
+        """Actions J/2 pi, shape (d,)."""
         return self.J / (2 * np.pi)
 
     @property
     def omega(self) -> np.ndarray:
-        """Angular frequencies 2 pi nu, in radians per unit time."""
+        """Angular frequencies 2 pi nu, in radians per unit time, shape (d,)."""
         return 2 * np.pi * self.nu
 
     @property
@@ -115,13 +146,20 @@ class TorusFit(Result, axis=None):
 
     @property
     def maslov(self) -> np.ndarray:
-        """Maslov indices (d,) of the cycles of the angles, of a torus of as many dimensions as coordinates: how often
-        each passes a caustic, 2 for a libration, 0 for a rotation, any whole number for resonant tori. Those of another
-        basis follow as J does. `J` = 2 pi hbar (n + maslov/4) is the rule of Einstein, Brillouin and Keller.
+        """Maslov indices of the cycles of the angles, shape (d,), for a torus of as many dimensions as coordinates.
 
-        The turns of det(dq/dtheta - i dp/dtheta)^2 along the cycle (Arnold 1967, Funct. Anal. Appl. 1, 1).
+        The index counts how often a cycle passes a caustic: 2 for a libration, 0 for a rotation, any integer for a
+        resonant torus. It is the winding number of det(dq/dtheta - i dp/dtheta)^2 along the cycle. In another basis it
+        transforms as J does. The EBK rule is J = 2 pi hbar (n + maslov/4).
 
-        :Raises: ValueError for a torus of fewer dimensions, or of a map.
+        Raises
+        ------
+        ValueError
+            If the torus has fewer dimensions, or is one of a map.
+
+        References
+        ----------
+        Arnold 1967, Funct. Anal. Appl. 1, 1.
         """
         n = len(self.coefficients) // 2
         of_flow = isinstance(self.model, Unknown) or not turned(self._system)
@@ -143,9 +181,22 @@ class TorusFit(Result, axis=None):
         return round(np.angle(np.roll(turns, -1) / turns).sum() / np.pi)
 
     def evaluate(self, theta: Any) -> np.ndarray:
-        """Return the phase points (2n, ...) at angles theta (d, ...) in cycles.
+        """Return the phase points at given angles.
 
-        :Raises: ValueError for another shape.
+        Parameters
+        ----------
+        theta : array_like, shape (d, ...)
+            Angles in cycles.
+
+        Returns
+        -------
+        ndarray, shape (2n, ...)
+            Phase points.
+
+        Raises
+        ------
+        ValueError
+            If the shape is wrong.
         """
         theta = numbers("theta", theta)
         if theta.ndim < 1 or len(theta) != self.dimension:
@@ -158,9 +209,22 @@ class TorusFit(Result, axis=None):
         return z.reshape(len(self.coefficients), *theta.shape[1:])
 
     def in_basis(self, M: Any) -> TorusFit:
-        """Return the same torus with the angles M theta, M (d, d) integer of determinant +-1: nu' = M nu, J' = M^-T J.
+        """Return the same torus with the angles M theta, so that nu' = M nu and J' = M^-T J.
 
-        :Raises: ValueError for another matrix.
+        Parameters
+        ----------
+        M : array_like of int, shape (d, d)
+            Matrix of determinant +1 or -1.
+
+        Returns
+        -------
+        TorusFit
+            The torus in the new basis.
+
+        Raises
+        ------
+        ValueError
+            If the matrix has another shape, another determinant or entries that are not integers.
         """
         given = numbers("M", M)
         if (
@@ -186,9 +250,22 @@ class TorusFit(Result, axis=None):
         )
 
     def truncated(self, order: int) -> TorusFit:
-        """Return the series cut at sum ``|k_i|`` <= order, with the actions and the residual that it has.
+        """Return the torus with the terms of a low order only.
 
-        :Raises: for order < 0.
+        Parameters
+        ----------
+        order : int
+            Largest sum ``|k_i|`` of the terms, at least 0.
+
+        Returns
+        -------
+        TorusFit
+            The shorter series, with its actions and its residual.
+
+        Raises
+        ------
+        ValueError
+            If the order is negative.
         """
         kept = np.abs(self.k).sum(axis=1) <= whole("order", order, 0)
         k = self.k[kept]
@@ -197,7 +274,13 @@ class TorusFit(Result, axis=None):
         return replace(self, k=k, coefficients=z, J=area(self._system, k, z, self.winding), residual=left)
 
     def summary(self) -> str:
-        """Return one line with the classification and its numbers."""
+        """Return one line with the classification and its numbers.
+
+        Returns
+        -------
+        str
+            The line.
+        """
         pairs = ", ".join(f"{name} {value:.9g}" for name, value in zip(self.names, self.nu))
         text = (
             f"{SENTENCES[self.classification]}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "
