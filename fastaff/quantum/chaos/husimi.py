@@ -30,11 +30,20 @@ CHUNK = 1 << 21
 
 @dataclass(frozen=True)
 class Husimi(Drawable):
-    """The Husimi function of a state; call it on phase points z (8, ...), rows a1, a2, b1, b2 and their momenta.
+    """Husimi function of a state of a body: call it on phase points.
 
-    coefficients (n_alpha, n_beta): of the state in products of plane oscillators with radial quanta n and the angular
-    momenta momenta = ((m - l)/2, (m + l)/2) in units of hbar; width: standard deviation of the coherent states'
-    positions in the planes a and b; hbar.
+    The argument z has the shape (8, ...), with rows a1, a2, b1, b2 and their momenta.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (n_alpha, n_beta)
+        Coefficients of the state in products of plane oscillators with radial quanta n.
+    momenta : tuple of int
+        Angular momenta ((m - l)/2, (m + l)/2) of the oscillators, in units of hbar.
+    width : tuple of float
+        Standard deviations of the positions of the coherent states in the planes a and b.
+    hbar : float
+        Planck's constant over 2 pi.
     """
 
     coefficients: np.ndarray
@@ -72,9 +81,16 @@ class Husimi(Drawable):
 
 @dataclass(frozen=True)
 class VibrationHusimi(Drawable):
-    """The Husimi function of a `VibrationState`; call it on phase points z (2n, ...), coordinates and momenta.
+    """Husimi function of a `VibrationState`: call it on phase points.
 
-    state; width (n,): standard deviations of the coherent states' positions.
+    The argument z has the shape (2n, ...): coordinates, then momenta.
+
+    Attributes
+    ----------
+    state : VibrationState
+        The state.
+    width : tuple of float
+        Standard deviation of the position of the coherent states for each coordinate.
     """
 
     state: VibrationState
@@ -85,7 +101,7 @@ class VibrationHusimi(Drawable):
 
     @property
     def norm(self) -> float:
-        """Integral over phase space in cells of (2 pi hbar)^n: that of ``|Psi|^2``."""
+        """Integral over phase space in cells of (2 pi hbar)^n, equal to the integral of ``|Psi|^2``."""
         return float(np.sum(self.state.values**2))
 
     def __call__(self, z: ArrayLike) -> np.ndarray:
@@ -139,27 +155,43 @@ def _of_vibration(state: VibrationState, width: ArrayLike | None) -> VibrationHu
 def husimi(
     state: State | VibrationState, *, width: ArrayLike | None = None, tolerance: float = 1e-4
 ) -> Husimi | VibrationHusimi:
-    """Expand a state in coherent states: its Husimi function on the phase space of the body, or of the vibration.
+    """Compute the Husimi function of a state on the phase space of the body or the vibration.
 
-    :Parameters: state: of `wavefunction` or `LevelTable.state`, of a body with m + l even; width > 0: standard
-        deviation of ``|Psi|^2`` in each direction of position, of the coherent states e^(-``|a - q|^2``/(4 width^2) + i
-        p.a/hbar), one number or (2,) for the planes a and b, as in `coherent_packet`; sqrt(hbar/2) by default;
-        sqrt(hbar/(2 mu omega)) is that of an oscillation omega; of a vibration one or (n,) for its coordinates, by
-        default of the state's own proportions, sqrt(hbar dq/(2 dp)); tolerance: the part of the norm that the expansion
-        may lack.
-    :Returns: Husimi or VibrationHusimi, a function of phase points, of bodies in the planes: the points of
-        `energy_grid`, `energy_sample` and `poincare_map` as they are.
-    :Raises: ValueError or TypeError for wrong input, and where 640 radial quanta in each plane do not hold the state to
-        the tolerance.
+    Parameters
+    ----------
+    state : State or VibrationState
+        State of `wavefunction` or ``LevelTable.state``. The state of a body must have m + l even.
+    width : float or array_like, optional
+        Standard deviation of ``|Psi|^2`` of the coherent states in each direction of position, positive. One number,
+        one for each of the planes a and b, or one for each coordinate of a vibration. Default: sqrt(hbar/2) for a body,
+        sqrt(hbar dq/(2 dp)) with the spreads of the state for a vibration.
+    tolerance : float, default 1e-4
+        Largest part of the norm that the expansion may lack.
 
-    Q(z) = ``|<z|Psi>|^2`` with 4-dimensional coherent states, so that alpha = 0, beta = 0 and angular momenta need no
-    care: at p_eta = hbar (m - l)/2, p_gamma = hbar (m + l)/2 it is largest, and int Q d^8z/(2 pi hbar)^4 = 1. The
-    spreads in q and p are width and hbar/(2 width). With sigma = sqrt2 width, ``<z|n, M>`` = (-1)^n e^(-``|z|^2``/2)
-    z+^(n + M) z-^n/sqrt((n + M)! n!) for M >= 0 (conjugate), where sqrt2 z+- = z1 -+ i z2, sqrt2 z_j = q_j/sigma + i
-    sigma p_j/hbar. Error about sqrt(tolerance) of the largest amplitude, far less where the state is large.
+    Returns
+    -------
+    Husimi or VibrationHusimi
+        Function of phase points, for example of the points of `energy_grid`, `energy_sample` and `poincare_map`.
 
-    :Cost: two matrix products; 0.3 s for 40000 points at 100 quanta.
-    :Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure Appl. Math. 14, 187.
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If an argument has a wrong value, or 640 radial quanta in each plane do not hold the state to the tolerance.
+
+    Notes
+    -----
+    - Q(z) = ``|<z|Psi>|^2`` with coherent states e^(-``|a - q|^2``/(4 width^2) + i p.a/hbar) of spreads width and
+      hbar/(2 width). For a body they are four-dimensional and int Q d^8z/(2 pi hbar)^4 = 1.
+    - The width sqrt(hbar/(2 mu omega)) belongs to an oscillation omega.
+    - Q of a body is largest at p_eta = hbar (m - l)/2 and p_gamma = hbar (m + l)/2.
+    - Accuracy: about sqrt(tolerance) of the largest amplitude, far better if the state is large.
+    - Cost: 0.3 s for 40000 points at 100 quanta.
+
+    References
+    ----------
+    Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure Appl. Math. 14, 187.
 
     Examples
     --------

@@ -31,7 +31,17 @@ SAME = 1e-9
 
 
 class MeanRatio(NamedTuple):
-    """Mean ratio of spacings, its standard error, and the number of ratios."""
+    """Mean ratio of neighbouring spacings.
+
+    Attributes
+    ----------
+    value : float
+        Mean ratio.
+    error : float
+        Standard error, inf for a single ratio.
+    ratios : int
+        Number of ratios.
+    """
 
     value: float
     error: float
@@ -54,11 +64,26 @@ def _simple(E: np.ndarray) -> np.ndarray:
 def spacing_ratios(levels: ArrayLike) -> np.ndarray:
     """Compute the ratios of neighbouring spacings, which need no unfolding.
 
-    :Parameters: levels (n,), ascending, of one class.
-    :Returns: r_k = min(s_k, s_(k+1))/max(s_k, s_(k+1)) (n - 2,), s_k = E_(k+1) - E_k.
-    :Raises: ValueError or TypeError for wrong input: fewer than 3 levels, not ascending, not finite, degenerate
-        (spacings below 1e-9 of the mean).
-    :Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al. 2013, Phys. Rev. Lett. 110, 084101.
+    Parameters
+    ----------
+    levels : array_like, shape (n,)
+        Ascending energies of levels of one symmetry class.
+
+    Returns
+    -------
+    ndarray, shape (n - 2,)
+        Ratios min(s_k, s_(k+1))/max(s_k, s_(k+1)) of the spacings s_k = E_(k+1) - E_k.
+
+    Raises
+    ------
+    TypeError
+        If the levels are not numbers.
+    ValueError
+        If the levels are fewer than 3, not ascending, not finite or degenerate, with spacings below 1e-9 of the mean.
+
+    References
+    ----------
+    Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al. 2013, Phys. Rev. Lett. 110, 084101.
 
     Examples
     --------
@@ -76,13 +101,31 @@ def _ratios(name: str, levels: ArrayLike) -> np.ndarray:
 def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     """Compute the mean ratio of spacings of one or several spectra, with its standard error.
 
-    :Parameters: spectra: a sequence of level arrays, each (n,) of one class, with the same classical limit; their
-        ratios are pooled.
-    :Returns: MeanRatio, error inf for a single ratio; compare POISSON_RATIO (regular), GOE_RATIO (chaotic),
-        BerryRobnik(q).mean_ratio() (both).
-    :Raises: as `spacing_ratios`. The error has the variance of a ratio and its covariance with the next, which shares a
-        spacing with it.
-    :Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
+    Parameters
+    ----------
+    spectra : sequence of array_like, shape (n,)
+        Ascending levels of one symmetry class each, with the same classical limit. Their ratios are pooled.
+
+    Returns
+    -------
+    MeanRatio
+        Mean and standard error. Compare `POISSON_RATIO` (regular), `GOE_RATIO` (chaotic) and
+        ``BerryRobnik(q).mean_ratio()`` (mixed).
+
+    Raises
+    ------
+    TypeError
+        If the levels are not numbers.
+    ValueError
+        If the levels of a spectrum are fewer than 3, not ascending, not finite or degenerate.
+
+    Notes
+    -----
+    The error includes the covariance of a ratio with the next, which shares a spacing with it.
+
+    References
+    ----------
+    Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
 
     Examples
     --------
@@ -106,11 +149,33 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
 def number_variance(unfolded: ArrayLike, lengths: ArrayLike) -> np.ndarray:
     """Compute the variance of the number of unfolded levels in intervals of given lengths.
 
-    :Parameters: unfolded (n,), of `unfold`; lengths (...), each positive and below a fifth of the sequence.
-    :Returns: Sigma^2 (...), over 4 n intervals spread evenly: L for Poisson, (2/pi^2)(ln(2 pi L) + 1.5772 - pi^2/8) for
-        GOE and L > 1.
-    :Raises: ValueError or TypeError for wrong input.
-    :Source: Mehta 2004, Random Matrices, section 16.1.
+    Parameters
+    ----------
+    unfolded : array_like, shape (n,)
+        Levels of `unfold`.
+    lengths : array_like
+        Lengths L of the intervals, positive and below a fifth of the sequence.
+
+    Returns
+    -------
+    ndarray
+        Variance Sigma^2 over 4 n evenly spread intervals, of the shape of `lengths`.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not numbers.
+    ValueError
+        If the levels are not ascending or a length is out of range.
+
+    Notes
+    -----
+    - Poisson: Sigma^2 = L.
+    - GOE, L > 1: Sigma^2 = (2/pi^2)(ln(2 pi L) + 1.5772 - pi^2/8).
+
+    References
+    ----------
+    Mehta 2004, Random Matrices, section 16.1.
 
     Examples
     --------

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import MOST, function, numbers, real, shown
 
 
@@ -40,13 +41,20 @@ def _spacings(s: ArrayLike) -> np.ndarray:
 
 @dataclass(frozen=True)
 class BerryRobnik:
-    """Spacings of regular and chaotic levels, superposed independently; `chaotic` is the chaotic share of the energy
-    surface.
+    """Distribution of spacings of independently superposed regular and chaotic levels.
 
-    BerryRobnik(0) is Poisson, e^-s; BerryRobnik(1) Wigner, (pi s/2) e^(-pi s^2/4). P(s) is the second derivative of the
-    gap probability e^(-(1 - q) s) erfc(sqrt(pi) q s/2), q = chaotic.
+    Parameters
+    ----------
+    chaotic : float
+        Chaotic share q of the energy surface, from 0 (Poisson, e^-s) to 1 (Wigner, (pi s/2) e^(-pi s^2/4)).
 
-    :Source: Berry & Robnik 1984, J. Phys. A 17, 2413, eq. 28 (one chaotic region).
+    Notes
+    -----
+    P(s) is the second derivative of the gap probability e^(-(1 - q) s) erfc(sqrt(pi) q s/2).
+
+    References
+    ----------
+    Berry & Robnik 1984, J. Phys. A 17, 2413, eq. 28 (one chaotic region).
 
     Examples
     --------
@@ -59,8 +67,19 @@ class BerryRobnik:
     def __post_init__(self) -> None:
         _share("chaotic", self.chaotic)
 
+    @inserts_parameters
     def density(self, s: ArrayLike) -> np.ndarray:
-        """Return P(s)."""
+        """Return the probability density P(s).
+
+        Parameters
+        ----------
+        {spacing}
+
+        Returns
+        -------
+        ndarray
+            Density.
+        """
         from scipy.special import erfc
 
         s = _spacings(s)
@@ -69,8 +88,19 @@ class BerryRobnik:
         wigner = (2 * p * q + np.pi * q**3 * s / 2) * np.exp(-np.pi * q * q * s * s / 4)
         return np.exp(-p * s) * (p * p * erfc(math.sqrt(np.pi) * q * s / 2) + wigner)
 
+    @inserts_parameters
     def cumulative(self, s: ArrayLike) -> np.ndarray:
-        """Return the probability of a spacing below s."""
+        """Return the probability of a spacing below s.
+
+        Parameters
+        ----------
+        {spacing}
+
+        Returns
+        -------
+        ndarray
+            Probability.
+        """
         from scipy.special import erfc
 
         s = _spacings(s)
@@ -79,11 +109,19 @@ class BerryRobnik:
         return 1 - np.exp(-p * s) * (p * erfc(math.sqrt(np.pi) * q * s / 2) + q * np.exp(-np.pi * q * q * s * s / 4))
 
     def mean_ratio(self) -> float:
-        """Return the mean ratio of neighbouring spacings of such a superposition.
+        """Return the mean ratio of neighbouring spacings of the superposition.
 
-        Exact for Poisson; the chaotic part is that of three levels alone, 4 - 2 sqrt3 = 0.5359 at chaotic = 1; large
-        matrices have 0.5307. Derived: the joint density of both spacings from the gap probability and the three-level
-        surmise of Atas et al.
+        Returns
+        -------
+        float
+            Mean ratio.
+
+        Notes
+        -----
+        - Exact for Poisson.
+        - The chaotic part has the value of three levels: 4 - 2 sqrt3 = 0.5359 at chaotic = 1. Large matrices have
+          0.5307.
+        - Derived from the gap probability and the three-level surmise of Atas et al. 2013.
         """
         nodes, weights = np.polynomial.legendre.leggauss(80)
         # smaller spacing = share*z of the sum z of both, in (0, 1/2)
@@ -138,11 +176,20 @@ def _one_sided(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Brody:
-    """Spacings with level repulsion s^repulsion, from Poisson (0) to Wigner (1), a formula without a theory behind it.
+    """Empirical distribution of spacings with level repulsion s^w.
 
-    P(s) = (w + 1) b s^w e^(-b s^(w + 1)), b = Gamma((w + 2)/(w + 1))^(w + 1), w = repulsion.
+    Parameters
+    ----------
+    repulsion : float
+        Exponent w of the level repulsion, from 0 (Poisson) to 1 (Wigner).
 
-    :Source: Brody 1973, Lett. Nuovo Cimento 7, 482.
+    Notes
+    -----
+    P(s) = (w + 1) b s^w e^(-b s^(w + 1)) with b = Gamma((w + 2)/(w + 1))^(w + 1). No theory supports the formula.
+
+    References
+    ----------
+    Brody 1973, Lett. Nuovo Cimento 7, 482.
 
     Examples
     --------
@@ -158,21 +205,49 @@ class Brody:
     def _front(self) -> float:
         return math.gamma((self.repulsion + 2) / (self.repulsion + 1)) ** (self.repulsion + 1)
 
+    @inserts_parameters
     def density(self, s: ArrayLike) -> np.ndarray:
-        """Return P(s)."""
+        """Return the probability density P(s).
+
+        Parameters
+        ----------
+        {spacing}
+
+        Returns
+        -------
+        ndarray
+            Density.
+        """
         s = _spacings(s)
         w = self.repulsion
         b = self._front()
         return (w + 1) * b * s**w * np.exp(-b * s ** (w + 1))
 
+    @inserts_parameters
     def cumulative(self, s: ArrayLike) -> np.ndarray:
-        """Return the probability of a spacing below s."""
+        """Return the probability of a spacing below s.
+
+        Parameters
+        ----------
+        {spacing}
+
+        Returns
+        -------
+        ndarray
+            Probability.
+        """
         return -np.expm1(-self._front() * _spacings(s) ** (self.repulsion + 1))
 
 
 class SpacingFit(NamedTuple):
-    """The law of largest likelihood, and the ends of the interval of its parameter where the likelihood is above
-    e^(-1/2) of that.
+    """Law of maximum likelihood.
+
+    Attributes
+    ----------
+    law : SpacingLaw
+        The law with the fitted parameter.
+    low, high : float
+        Ends of the interval of the parameter in which the likelihood is above e^(-1/2) of its maximum.
     """
 
     law: SpacingLaw
@@ -181,14 +256,36 @@ class SpacingFit(NamedTuple):
 
 
 def fit_spacings(spacings: ArrayLike, law: Callable[[float], SpacingLaw]) -> SpacingFit:
-    """Fit the parameter of a law of spacings by largest likelihood.
+    """Fit the parameter of a law of spacings by maximum likelihood.
 
-    :Parameters: spacings (n,), > 0, unfolded (mean about 1); law: BerryRobnik or Brody, or any function of a number in
-        [0, 1] that returns a SpacingLaw.
-    :Returns: SpacingFit: law, and the 68 % interval of the parameter, cut at 0 and 1.
-    :Raises: ValueError or TypeError for wrong input. Neighbouring spacings are taken as independent; those of GOE
-        repel, with a correlation of -0.27, so that the interval is rather too wide.
-    :Source: Brody et al. 1981, Rev. Mod. Phys. 53, 385.
+    Parameters
+    ----------
+    spacings : array_like, shape (n,)
+        Positive unfolded spacings, with a mean of about 1.
+    law : callable
+        `BerryRobnik`, `Brody`, or a function of a number from 0 to 1 that returns an object with the methods
+        ``density`` and ``cumulative``.
+
+    Returns
+    -------
+    SpacingFit
+        The law, and the 68 % interval of its parameter, cut at 0 and 1.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If a spacing is not positive and finite.
+
+    Notes
+    -----
+    Neighbouring spacings are treated as independent. Those of GOE have a correlation of -0.27, so the interval is
+    somewhat too wide.
+
+    References
+    ----------
+    Brody et al. 1981, Rev. Mod. Phys. 53, 385.
 
     Examples
     --------

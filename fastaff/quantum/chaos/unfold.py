@@ -23,12 +23,30 @@ def checked_levels(levels: Any, least: int = 3, name: str = "levels") -> np.ndar
 
 
 def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike], np.ndarray]:
-    """Fit a polynomial to the staircase of levels, a smooth count for `unfold` where no Weyl count is at hand.
+    """Fit a polynomial to the staircase of levels, as a smooth count for `unfold`.
 
-    :Parameters: levels (n,), ascending, n > degree; degree: at least 1, low enough not to follow fluctuations.
-    :Returns: a function of the energy, k + 1/2 on average at level k.
-    :Raises: ValueError or TypeError for wrong input.
-    :Source: Haake 2010, Quantum Signatures of Chaos, section 4.8.
+    Parameters
+    ----------
+    levels : array_like, shape (n,)
+        Ascending energies of levels of one symmetry class, n > degree.
+    degree : int, default 5
+        Degree of the polynomial, at least 1. Choose it so low that the polynomial does not follow fluctuations.
+
+    Returns
+    -------
+    callable
+        Function of the energy, on average k + 1/2 at level k.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the levels are not ascending or too few, or the degree is out of range.
+
+    References
+    ----------
+    Haake 2010, Quantum Signatures of Chaos, section 4.8.
 
     Examples
     --------
@@ -44,13 +62,31 @@ def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike]
 
 
 def unfold(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
-    """Map levels of one class to a sequence with mean spacing 1.
+    """Map levels of one symmetry class to a sequence with mean spacing 1.
 
-    :Parameters: levels (n,), ascending, any part of the spectrum; smooth: the smooth number of levels below an energy,
-        such as functools.partial(weyl_count, body, m=m, l=l, hbar=hbar) or `polynomial_count(levels)`.
-    :Returns: smooth(levels) (n,).
-    :Raises: ValueError or TypeError for wrong input, and where it does not grow along the levels.
-    :Source: Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
+    Parameters
+    ----------
+    levels : array_like, shape (n,)
+        Ascending energies of levels of one symmetry class.
+    smooth : callable
+        Function of an array of energies that returns the smooth number of levels below each, for example
+        ``functools.partial(weyl_count, body, m=m, l=l, hbar=hbar)`` or ``polynomial_count(levels)``.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Values smooth(levels). The levels may be any part of the spectrum.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the levels are not ascending, or the smooth count does not grow along them.
+
+    References
+    ----------
+    Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
 
     Examples
     --------
@@ -71,13 +107,32 @@ def unfold(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.n
 
 
 def count_deviation(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
-    """Compute the excess of the staircase of the lowest levels over a smooth count: a check that no level is missing.
+    """Compute the excess of the staircase of levels over a smooth count, to find missing levels.
 
-    :Parameters: levels (n,): all from the lowest on; smooth: as in `unfold`.
-    :Returns: k + 1/2 - smooth(E_k) (n,): it oscillates around 0 for `weyl_count`; from a missing level on it lies 1
-        lower, from a level too many 1 higher, and a drift tells of a wrong count.
-    :Raises: ValueError or TypeError for wrong input.
-    :Source: Baltes & Hilf 1976, Spectra of Finite Systems, chapter 6 (the check of completeness).
+    Parameters
+    ----------
+    levels : array_like, shape (n,)
+        Ascending energies of all levels of one symmetry class from the lowest on.
+    smooth : callable
+        Function of an array of energies that returns the smooth number of levels below each, for example
+        ``functools.partial(weyl_count, body, m=m, l=l, hbar=hbar)`` or ``polynomial_count(levels)``.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Values k + 1/2 - smooth(E_k). They oscillate around 0 for `weyl_count`, are 1 lower after a missing level and 1
+        higher after a spurious one. A drift indicates a wrong count.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the levels are not ascending.
+
+    References
+    ----------
+    Baltes & Hilf 1976, Spectra of Finite Systems, chapter 6 (the check of completeness).
 
     Examples
     --------

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
+from ...core.docstrings import inserts_parameters
 from ...results.progress import says_progress
 from ...runs.requirements import checked_system
 from ...systems.models import Body
@@ -135,29 +136,48 @@ def _hidden(model: Any, walled: bool, low: float, top: float) -> Cover:
 
 
 @says_progress
+@inserts_parameters
 def weyl_count(model: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
-    """Count the levels of one symmetry class below given energies, smoothly, by the classical phase space.
+    """Compute the smooth number of levels of one symmetry class below given energies.
 
-    :Parameters: model: a Body; its potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum
-        numbers of spin and vorticity (m + l odd is the double covering); hbar > 0.
-    :Returns: N (...): the mean of the staircase, which is k + 1/2 at level k = 0, 1, ...; 0 below the smallest
-        effective potential, and as low as -1/12 just above it.
-    :Raises: ValueError or TypeError for wrong input, and ValueError where the allowed region is not bounded.
+    Parameters
+    ----------
+    model : Body
+        Affinely-rigid body. Its potential has ``curvatures``.
+    energy : float or array_like
+        Energies in any order.
+    m, l : int
+        Quantum numbers of spin and vorticity. For m + l odd, the levels belong to the double cover.
+    {hbar}
 
-    N = (mu/2 pi hbar^2) int (E - V_eff)_+ dalpha dbeta - (d^2/da^2 + d^2/db^2) N/12 - (1/48 pi) int Delta V delta(E -
-    V_eff) dalpha dbeta, V_eff = V + (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2), a = ``|m - l|``/2, b = ``|m + l|``/2,
-    Delta the Laplacian of R^4. The first term is phase space over (2 pi hbar)^2 with the centrifugal terms of Langer,
-    a^2 and not a^2 - 1/4: with these no term of the order 1/hbar is left, no perimeter; the others are of order 1,
-    -1/12 for oscillators. Terms of the order hbar and oscillating terms are left out. A wall det phi = 0 must be soft
-    on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of
-    V, which are integrated as they are: waves longer than their widths see less of them than this expansion. Wells
-    between the sample points of V are found by intervals, if its formula takes them. Quadrature errors are about 1e-6
-    of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut at narrow features of
-    V.
+    Returns
+    -------
+    ndarray
+        Mean N of the staircase, k + 1/2 at level k. It is 0 below the smallest effective potential, and as low as -1/12
+        just above it.
 
-    :Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
-        Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary
-        rates.
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the accessible region is not bounded or an argument has a wrong value.
+
+    Notes
+    -----
+    - N = (mu/2 pi hbar^2) int (E - V_eff)_+ dalpha dbeta plus corrections of order 1 (-1/12 for oscillators). V_eff
+      includes (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2) with a = ``|m - l|``/2, b = ``|m + l|``/2.
+    - Terms of order hbar and oscillating terms are left out.
+    - Limits: a potential barrier det phi = 0 and narrow features of V must be smooth on the scale of the wavelength.
+      For V = c/distance this is mu c/(hbar p) > 1.
+    - Interval bounds find narrow wells if the formula of V supports them.
+    - Accuracy: about 1e-6 of N, less at saddle energies.
+    - Cost: 20 ms per energy, more if V has narrow features.
+
+    References
+    ----------
+    Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys. Rev. 51,
+    669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary rates.
 
     Examples
     --------

@@ -8,6 +8,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import fits, flag, real, whole
 from ...core.status import Status
 from ...results.calls import records_call
@@ -23,6 +24,7 @@ ROUNDING = 16 * np.finfo(float).eps
 
 
 @records_call
+@inserts_parameters
 def exact_levels(
     model: Body,
     *,
@@ -35,22 +37,50 @@ def exact_levels(
     chart: Chart | None = None,
     single_valued: bool = True,
 ) -> LevelTable:
-    """Compute exact energy levels of a solvable body: of given quantum numbers, or all of the lowest.
+    """Compute exact energy levels of a solvable body from quantum numbers, or all of the lowest.
 
-    :Parameters: model: a solvable Body; n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's
-        order, with m, l: whole numbers of spin and vorticity, one or (levels,); or max_energy: all levels below this
-        energy, or multiplets: number of different energies, with all their levels, both ascending; hbar > 0, in the
-        units of the actions; chart: ALPHA_BETA (default) or R_VARTHETA, which label the same levels differently;
-        single_valued: wave functions on GL(2,R) need m + l even (else refused), False: on the covering.
-    :Returns: LevelTable, perhaps of no level.
-    :Raises: ValueError or TypeError for wrong input and for bodies without closed-form states.
-    :Formulas: E_alpha = hbar omega (2 n_alpha + 1 + s_alpha), the same for beta; s_alpha = ``|m - l|``/2 (Harmonic) or
-        sqrt((m - l)^2 + 16 C mu/hbar^2)/2 (Anharmonic), s_beta = ``|m + l|``/2; E = hbar omega (2 n_r + 1 + 2 epsilon),
-        e_vartheta = (hbar^2/2 mu) ((2 n_vartheta + 1 + s_alpha + s_beta)^2 - 1). Degeneracies
-        (`LevelTable.multiplets`): Harmonic: E = hbar omega (N + 2), C(N + 3, 3) times; Anharmonic: each (n1 + n2, m, l)
-        comes n1 + n2 + 1 times. E grows with both n and with ``|m - l|`` and ``|m + l|``, so lists are complete. Exact
-        to rounding; nanoseconds for a level.
-    :Source: Martens & Slawianowski, EQ5.1, EQ5.2, EQ3.2.2 (with m + l even; e_vartheta corrected).
+    Parameters
+    ----------
+    {solvable_body}
+    n : array_like of int, shape (2,) or (2, levels), optional
+        Quantum numbers of the two coordinates in the order of the chart, at least 0. Give `n`, `m` and `l`, or
+        `max_energy`, or `multiplets`.
+    m, l : int or array_like of int, shape (levels,), optional
+        Quantum numbers of spin and vorticity.
+    max_energy : float, optional
+        Energy below which all levels are returned, ascending.
+    multiplets : int, optional
+        Number of different energies. All their levels are returned, ascending.
+    {hbar}
+    {quantum_chart}
+    {single_valued}
+
+    Returns
+    -------
+    LevelTable
+        Levels, possibly none.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the body has no closed-form states, m + l is odd for a single-valued function, or an argument has a wrong
+        value.
+
+    Notes
+    -----
+    - E_alpha = hbar omega (2 n_alpha + 1 + s_alpha), the same for beta, with s_beta = ``|m + l|``/2.
+    - s_alpha = ``|m - l|``/2 for `Harmonic`, sqrt((m - l)^2 + 16 C mu/hbar^2)/2 for `Anharmonic`.
+    - E = hbar omega (2 n_r + 1 + 2 epsilon); e_vartheta = (hbar^2/2 mu) ((2 n_vartheta + 1 + s_alpha + s_beta)^2 - 1).
+    - Degeneracy: C(N + 3, 3) for E = hbar omega (N + 2) of `Harmonic`; n1 + n2 + 1 for each (n1 + n2, m, l) of
+      `Anharmonic`.
+    - Lists are complete because E grows with n, ``|m - l|`` and ``|m + l|``.
+    - Exact to round-off; nanoseconds per level.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ5.1, EQ5.2, EQ3.2.2 (with m + l even; e_vartheta corrected).
 
     Examples
     --------

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.docstrings import inserts_parameters
 from ...results.display import screen
 from ...results.progress import says_progress
 from ...systems.charts import Chart
@@ -17,9 +18,20 @@ from .quasiclassical_levels import BOHR_SOMMERFELD, EBK, quasiclassical_levels
 
 
 class Quantizations(NamedTuple):
-    """The same levels three times: by Bohr and Sommerfeld (J = n h), by EBK (J = (n + 1/2) h), exact.
+    """The same levels by three methods.
 
-    :Source: Martens & Slawianowski, EQ3.2 and EQ3.6 beside EQ5.1 and EQ5.2.
+    Attributes
+    ----------
+    bohr_sommerfeld : LevelTable
+        Levels of J = n h.
+    ebk : LevelTable
+        Levels of J = (n + 1/2) h.
+    exact : LevelTable
+        Exact levels.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ3.2 and EQ3.6 beside EQ5.1 and EQ5.2.
     """
 
     bohr_sommerfeld: LevelTable
@@ -31,11 +43,12 @@ class Quantizations(NamedTuple):
 
     @property
     def E(self) -> np.ndarray:
-        """The energies, rows Bohr-Sommerfeld, EBK, exact (3, levels)."""
+        """Energies in rows Bohr-Sommerfeld, EBK and exact, shape (3, levels)."""
         return np.array([self.bohr_sommerfeld.E, self.ebk.E, self.exact.E])
 
 
 @says_progress
+@inserts_parameters
 def quantizations(
     model: Body,
     *,
@@ -48,12 +61,37 @@ def quantizations(
 ) -> Quantizations:
     """Compute levels of a solvable body by Bohr and Sommerfeld, by EBK, and exactly.
 
-    :Parameters: model: a solvable Body; n, m, l, hbar, chart, single_valued as in `exact_levels`.
-    :Returns: Quantizations.
-    :Raises: ValueError or TypeError for wrong input.
-    :Formula: Bohr-Sommerfeld lacks the zero point 2 hbar omega of two librations; EBK, with Maslov indices 2, 2, is
-        exact.
-    :Source: Martens & Slawianowski, section 5, below EQ5.1; Keller 1958, Ann. Phys. 4, 180 (EBK).
+    Parameters
+    ----------
+    {solvable_body}
+    n : array_like of int, shape (2,) or (2, levels)
+        Quantum numbers of the two coordinates in the order of the chart, at least 0.
+    m, l : int or array_like of int, shape (levels,)
+        Quantum numbers of spin and vorticity.
+    {hbar}
+    {quantum_chart}
+    {single_valued}
+
+    Returns
+    -------
+    Quantizations
+        Three tables of the same levels.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the body has no closed-form states or an argument has a wrong value.
+
+    Notes
+    -----
+    Bohr-Sommerfeld lacks the zero-point energy 2 hbar omega of two librations. EBK, with Maslov indices 2 and 2, is
+    exact.
+
+    References
+    ----------
+    Martens & Slawianowski, section 5, below EQ5.1; Keller 1958, Ann. Phys. 4, 180 (EBK).
 
     Examples
     --------

@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.docstrings import inserts_parameters
 from ...core.names import named
 from ...core.numbers import flag, positive, real, text, whole
 from ...results.calls import records_call
@@ -33,6 +34,7 @@ QUADRATURE = 5e-10
 
 
 @records_call
+@inserts_parameters
 def quasiclassical_levels(
     model: Dynamics,
     *,
@@ -47,36 +49,61 @@ def quasiclassical_levels(
     guess: ArrayLike | None = None,
     modes: str = "normal",
 ) -> LevelTable:
-    """Compute quasiclassical levels of a separable body or of a vibration: of given quantum numbers, or all below an
-    energy.
+    """Compute semiclassical levels of a separable body or a vibration.
 
-    :Parameters: model: a Body, or a system of one to three coordinates; n (2,) or (2, levels), whole numbers >= 0 of
-        the two coordinates in the chart's order, with m, l: whole numbers of spin and vorticity, one or (levels,); or
-        max_energy: all levels below this energy, ascending; maslov: the indices M of the two coordinates,
-        BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others; hbar > 0; single_valued: wave functions on GL(2,R) need m + l
-        even (else refused), False: on the covering; chart, guess as in `from_action_angles`. For a vibration, any other
-        H = p.W p/2 + V(q): n (modes,) or (modes, levels), or max_energy, alone; modes: "normal", the fastest first, or
-        "local", those of each coordinate; guess (2n,) or (2n, levels): phase points near the tori, such as one in a
-        resonance, with n in the basis of `fit_torus`, by default that of the next level.
-    :Returns: LevelTable, perhaps of no level, with `spacing` and the status UNBOUND where no torus has these actions,
-        of vibrations NOT_CONVERGED where none was found, as beyond a separatrix, where other modes may have one; its
-        errors are those of E(J), not of the quantization.
-    :Raises: ValueError or TypeError for wrong input.
-    :Formulas: E(J) with J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l. E grows with both
-        actions and with ``|J_eta|`` and ``|J_gamma|``, so the search below an energy stops at the first level above in
-        each direction; actions that belong to no torus (bodies that fall or escape) end their direction too. Exact
-        (EBK) for Harmonic and Anharmonic in both charts; for Hyperelastic the effective index of vartheta lies between
-        2 and 3 (the wall at det = 0).
+    Parameters
+    ----------
+    model : Body or model
+        A separable body, or a vibration: another system H = p.W p/2 + V(q) of one to three coordinates.
+    n : array_like of int, shape (2,) or (2, levels), optional
+        Quantum numbers of the two coordinates in the order of the chart, at least 0. For a vibration, quantum numbers
+        of its modes, shape (modes,) or (modes, levels). Give `n` or `max_energy`.
+    m, l : int or array_like of int, shape (levels,), optional
+        Quantum numbers of spin and vorticity. Required with `n` for a body and not supported for vibrations.
+    max_energy : float, optional
+        Energy below which all levels are computed, ascending.
+    maslov : tuple of int, default EBK
+        Maslov indices M of the two coordinates: `BOHR_SOMMERFELD` = (0, 0), `EBK` = (2, 2) or others. A vibration has
+        the indices of its tori.
+    {hbar}
+    {single_valued}
+    {quantum_chart}
+    guess : array_like, shape (2n,) or (2n, levels), optional
+        For a body, a phase point in the intended well. For a vibration, phase points near the tori, for example in a
+        resonance; `n` then counts in the basis of `fit_torus`. Default: the basis of the next level.
+    modes : {"normal", "local"}, default "normal"
+        Modes of a vibration: normal modes, the fastest first, or the mode of each coordinate.
 
-    Vibrations: Newton's method on the actions of `fit_torus`, J_i = 2 pi hbar (n_i + M_i/4) with the torus' own Maslov
-    indices. It counts as one of these modes where the largest lines of their amplitudes are a basis of its angles.
-    `max_energy` does not search beyond levels without a torus.
+    Returns
+    -------
+    LevelTable
+        Levels, possibly none, with ``spacing``. The errors belong to E(J), not to the quantization.
 
-    :Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature; three fits for a level of a
-        vibration, seconds.
-    :Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack), section 4 (degeneracy of the
-        Bohr-Sommerfeld levels); Keller 1958, Ann. Phys. 4, 180 (EBK); Eastes & Marcus
-        1974, J. Chem. Phys. 61, 4301 (of coupled vibrations).
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the body does not separate or an argument has a wrong value.
+    Interrupted
+        On Ctrl-C.
+
+    Notes
+    -----
+    - J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l; Newton's method on `fit_torus` for
+      vibrations.
+    - EBK is exact for `Harmonic` and `Anharmonic`. For `Hyperelastic` the effective index of vartheta lies between 2
+      and 3.
+    - ``UNBOUND``: no torus has the actions. ``NOT_CONVERGED``: no torus of a vibration was found, for example beyond a
+      separatrix. Other modes may have one.
+    - Searches below `max_energy` end at the first level above in each direction and at levels without a torus.
+    - Cost: 20 microseconds per level by quadrature; seconds per level of a vibration.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack), section 4 (degeneracy of the
+    Bohr-Sommerfeld levels); Keller 1958, Ann. Phys. 4, 180 (EBK); Eastes & Marcus 1974, J. Chem. Phys. 61, 4301
+    (coupled vibrations).
 
     Examples
     --------

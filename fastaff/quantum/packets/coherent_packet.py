@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import whole
 from ...results.progress import says_progress
 from ...runs.interruptible import interruptible
@@ -33,6 +34,7 @@ REACH = 12.0
 
 
 @says_progress
+@inserts_parameters
 def coherent_packet(
     model: Body,
     z0: ArrayLike,
@@ -44,18 +46,49 @@ def coherent_packet(
     l: int | None = None,
     missing: float = 1e-6,
 ) -> Packet:
-    """Build the coherent state at a phase point, over all symmetry classes it takes or the part of it in one class.
+    """Expand the coherent state at a phase point in states of all symmetry classes, or of one.
 
-    :Parameters: z0 (8,): centre a1, a2, b1, b2 and momenta, as in `integrate`; width > 0: standard deviation of
-        ``|Psi|^2`` in each direction of position, one number or (2,) for the planes a and b (sqrt(hbar/(2 mu omega))
-        keeps its shape in a harmonic body); model, hbar as in `spectrum`; count: number of levels of each class; m, l:
-        give both to take one class, in which the packet is normalised: best those next to p_phi/hbar and p_psi/hbar of
-        z0; missing: the largest part of the packet that the states may lack, with the classes left out.
-    :Returns: Packet.
-    :Raises: ValueError or TypeError for wrong input, a centre outside of the body's domain, and as `projected_packet`.
-    :Formula: Psi ~ exp(-``|q - q0|^2``/(4 width^2) + i p0.(q - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma)
-        by sums over equal angles, exact to rounding, on the grid of `projected_packet`. Seconds for some 100 classes.
-    :Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
+    Parameters
+    ----------
+    {body}
+    z0 : array_like, shape (8,)
+        Centre: a1, a2, b1, b2, then their momenta.
+    width : float or array_like, shape (2,)
+        Standard deviation of ``|Psi|^2`` in each direction of position, positive, one number or one for each of the
+        planes a and b. sqrt(hbar/(2 mu omega)) keeps its shape in a harmonic body.
+    {class_count}
+    {hbar}
+    m, l : int, optional
+        Quantum numbers of one symmetry class, best those next to p_phi/hbar and p_psi/hbar of `z0`. The packet is
+        normalised in it. Default: all classes that the packet needs.
+    missing : float, default 1e-6
+        Largest part of the packet that the states may lack, including the classes left out.
+
+    Returns
+    -------
+    Packet
+        The packet.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the centre is outside of the domain of the body, an argument has a wrong value, or more than `missing` is
+        lost. The message then has a sufficient number of levels.
+    NoGroundState
+        If the energy is unbounded below or the body does not bind that many levels.
+
+    Notes
+    -----
+    - Psi ~ exp(-``|q - q0|^2``/(4 width^2) + i p0.(q - q0)/hbar) in R^4.
+    - Method: harmonics e^(i k eta + i k' gamma) by sums over equal angles, exact to round-off, on the grid of
+      `projected_packet`.
+    - Cost: seconds for some 100 classes.
+
+    References
+    ----------
+    Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
 
     Examples
     --------

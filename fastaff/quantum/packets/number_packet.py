@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import an_array, fits, whole_numbers
 from ...results.progress import says_progress
 from ...systems.charts import Chart
@@ -26,6 +27,7 @@ TAIL = 7.7
 
 
 @says_progress
+@inserts_parameters
 def number_packet(
     model: Body,
     *,
@@ -40,16 +42,43 @@ def number_packet(
 ) -> Packet:
     """Build a packet whose weights are a Gaussian in the quantum numbers of a separable body.
 
-    :Parameters: model: a Body; n = (n1, n2), m, l: the centre, whole numbers; width: standard deviations of the weights
-        in n1, n2 (2,), or n1, n2, m, l (4,), at least 0, where 0 keeps the number; theta (4,): angles in cycles, as in
-        `from_action_angles`: the packet starts next to the phase point of these angles on the torus of n, m, l; body,
-        hbar, chart, single_valued as in `spectrum`.
-    :Returns: Packet, of norm 1; n < 0 is cut off.
-    :Raises: ValueError or TypeError for wrong input, ValueError for a body that does not separate.
-    :Formula: c ~ exp(-sum of (d/(2 width))^2 - 2 pi i theta.d), d the distance from the centre, as far as ``|c|^2`` >
-        1e-13; factors counted positive next to the inner turning point.
-    :Cost: that of `spectrum_table` for as many levels as lie below the last one.
-    :Source: Robinett 2004, Phys. Rep. 392, 1 (Gaussian weights); Martens & Slawianowski, EQ4.3 (the states).
+    Parameters
+    ----------
+    {body}
+    n : array_like of int, shape (2,)
+        Central quantum numbers of the two coordinates in the order of the chart.
+    m, l : int
+        Central quantum numbers of spin and vorticity.
+    width : array_like, shape (2,) or (4,)
+        Standard deviations of the weights in n1, n2, or in n1, n2, m, l, at least 0. For 0 the number is fixed.
+    theta : array_like, shape (4,), default (0, 0, 0, 0)
+        Angles in cycles. The packet starts near the phase point `from_action_angles` of these angles on the torus of n,
+        m, l.
+    {hbar}
+    {quantum_chart}
+    {single_valued}
+
+    Returns
+    -------
+    Packet
+        Packet of norm 1. Weights of n < 0 are cut off.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the body does not separate or an argument has a wrong value.
+
+    Notes
+    -----
+    - c ~ exp(-sum of (d/(2 width))^2 - 2 pi i theta.d), with d the distance from the centre, down to ``|c|^2`` = 1e-13.
+    - Phases: factors are positive next to the inner turning point.
+    - Cost: one call of `spectrum_table` for all levels below the last one.
+
+    References
+    ----------
+    Robinett 2004, Phys. Rep. 392, 1 (Gaussian weights); Martens & Slawianowski, EQ4.3 (the states).
 
     Examples
     --------

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import an_array, positive
 from ...core.numbers import function as a_function
 from ...engine.packing import run_points
@@ -27,11 +28,21 @@ from ..states.symmetry import SymmetryClass
 
 @dataclass(frozen=True)
 class Packet:
-    """A wave packet: coefficients c (states,) of stationary states with energies E (states,), and hbar.
+    """Wave packet, a sum of stationary states.
 
-    states: `State`s of one or many classes, of one body. The coefficients are kept as they are given; after a
-    projection, 1 - `norm`^2 is the part of the packet that the states do not hold, `missing`. Methods take `time`, one
-    number or an array (times,), whose shape comes first in the result; each state is evaluated once.
+    The coefficients are kept as given. After a projection, `missing` is the part of the packet that the states do not
+    hold. Each state is evaluated once for all times.
+
+    Parameters
+    ----------
+    states : tuple of State
+        Stationary states of one body, of one or many symmetry classes.
+    energies : ndarray, shape (states,)
+        Energies.
+    coefficients : ndarray of complex, shape (states,)
+        Coefficients.
+    hbar : float
+        Planck's constant over 2 pi.
     """
 
     states: tuple[State, ...]
@@ -54,17 +65,17 @@ class Packet:
 
     @property
     def weights(self) -> np.ndarray:
-        """``|c|^2`` (states,): share of each state in the packet; their sum is the share of all of them."""
+        """Share ``|c|^2`` of each state in the packet, shape (states,)."""
         return np.abs(self.coefficients) ** 2
 
     @property
     def missing(self) -> float:
-        """1 - sum of the weights: the part of the packet that its states do not hold."""
+        """Part of the packet that its states do not hold, 1 - sum of the weights."""
         return float(1 - self.weights.sum())
 
     @property
     def classes(self) -> dict[SymmetryClass, np.ndarray]:
-        """The places of the states of each symmetry class."""
+        """Indices of the states of each symmetry class, a dict of ndarray."""
         found: dict[SymmetryClass, list[int]] = {}
         for place, state in enumerate(self.states):
             found.setdefault(state.symmetry, []).append(place)
@@ -72,30 +83,59 @@ class Packet:
 
     @property
     def energy(self) -> float:
-        """The mean of E over the states held."""
+        """Mean of E over the states held."""
         return float(np.average(self.energies, weights=self.weights))
 
     @property
     def spread(self) -> float:
-        """The standard deviation of E over the states held."""
+        """Standard deviation of E over the states held."""
         return math.sqrt(np.average((self.energies - self.energy) ** 2, weights=self.weights))
 
     def norm(self) -> float:
-        """Return the norm, sqrt(sum ``|c|^2``); it does not depend on time."""
+        """Return the norm sqrt(sum ``|c|^2``), which does not depend on time.
+
+        Returns
+        -------
+        float
+            The norm.
+        """
         return float(np.linalg.norm(self.coefficients))
 
     def evolved(self, time: float) -> Packet:
-        """Return this packet after `time`."""
+        """Return the packet at a later time.
+
+        Parameters
+        ----------
+        time : float
+            Time from now.
+
+        Returns
+        -------
+        Packet
+            The packet.
+        """
         moment = _moments(time)
         if moment.ndim:
             raise ValueError(f"time must be one number, got shape {moment.shape}")
         return replace(self, coefficients=self._moved(moment.reshape(1))[0])
 
     def autocorrelation(self, time: ArrayLike) -> np.ndarray:
-        """Return A(t) = ``<Psi(0)|Psi(t)>`` = sum ``|c|^2`` e^(-i E t/hbar), complex, of the shape of `time`.
+        """Return the autocorrelation A(t) = ``<Psi(0)|Psi(t)>`` = sum ``|c|^2`` e^(-i E t/hbar).
 
-        ``|A|^2`` is 1 (norm^4) where the packet has come back. 2.5 ns for each state and time on one thread, in memory
-        of a few times the result. Rounding: 1e-16 of the phases E t/hbar, in ``|A|`` only of those of E - `energy`.
+        Parameters
+        ----------
+        time : float or array_like
+            Times.
+
+        Returns
+        -------
+        ndarray of complex
+            A, of the shape of `time`. ``|A|^2`` is norm^4 when the packet has revived.
+
+        Notes
+        -----
+        - Accuracy: 1e-16 of the phases E t/hbar; in ``|A|`` only of the phases of E - `energy`.
+        - Cost: 2.5 ns per state and time on one thread, and memory of a few times the result.
         """
         moments = _moments(time)
         mean = self.energy
@@ -109,19 +149,61 @@ class Packet:
         """Return Psi, complex, at matrices phi (2, 2, ...)."""
         return self._sum(lambda state: state(phi), time)
 
+    @inserts_parameters
     def planes(self, planes: ArrayLike, time: ArrayLike = 0.0) -> np.ndarray:
-        """Return Psi, complex, at rows a1, a2, b1, b2 (4, ...)."""
+        """Return Psi at points of the planes.
+
+        Parameters
+        ----------
+        planes : array_like, shape (4, ...)
+            Rows a1, a2, b1, b2.
+        {packet_time}
+
+        Returns
+        -------
+        ndarray of complex
+            Psi.
+        """
         return self._sum(lambda state: state.planes(planes), time)
 
+    @inserts_parameters
     def at(self, q: ArrayLike, chart: Chart = ALPHA_BETA, time: ArrayLike = 0.0) -> np.ndarray:
-        """Return Psi, complex, at coordinates q (4, ...) of any chart."""
+        """Return Psi at coordinates of a chart.
+
+        Parameters
+        ----------
+        q : array_like, shape (4, ...)
+            Coordinates.
+        chart : Chart, default ALPHA_BETA
+            Any chart.
+        {packet_time}
+
+        Returns
+        -------
+        ndarray of complex
+            Psi.
+        """
         return self._sum(lambda state: state.at(q, chart), time)
 
+    @inserts_parameters
     def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None, time: ArrayLike = 0.0) -> np.ndarray:
-        """Return Psi e^(-i m phi - i l psi), complex, at invariants x, y of `chart` (ALPHA_BETA by default), which
-        broadcast.
+        """Return Psi e^(-i m phi - i l psi) of a packet of one symmetry class.
 
-        :Raises: ValueError for a packet of several classes, which has no such function.
+        Parameters
+        ----------
+        {invariant_values}
+        {invariant_chart}
+        {packet_time}
+
+        Returns
+        -------
+        ndarray of complex
+            The amplitude.
+
+        Raises
+        ------
+        ValueError
+            If the packet has several symmetry classes.
         """
         if len(self.classes) > 1:
             raise ValueError(
@@ -129,11 +211,20 @@ class Packet:
             )
         return self._sum(_amplitudes(x, y, ALPHA_BETA if chart is None else chart), time)
 
+    @inserts_parameters
     def density(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None, time: ArrayLike = 0.0) -> np.ndarray:
-        """Return the probability density of two invariants, per unit dx dy, summed over the classes; x, y, chart as in
-        `amplitude`.
+        """Return the probability density of two invariants, summed over the symmetry classes.
 
-        Its integral is norm^2. In TWO_POLAR it is 0 outside of D1 >= ``|D2|``.
+        Parameters
+        ----------
+        {invariant_values}
+        {invariant_chart}
+        {packet_time}
+
+        Returns
+        -------
+        ndarray
+            Density per unit dx dy. Its integral is norm^2. In `TWO_POLAR` it is 0 outside of D1 >= ``|D2|``.
         """
         chosen = ALPHA_BETA if chart is None else chart
         invariants = invariants_of(chosen)
@@ -148,6 +239,7 @@ class Packet:
         evaluate = _amplitudes(first, second, chosen)
         return sum(np.abs(self._sum(evaluate, time, places)) ** 2 for places in self.classes.values()) * measure
 
+    @inserts_parameters
     def expectation(
         self,
         function: Callable[[np.ndarray, np.ndarray], np.ndarray],
@@ -155,13 +247,30 @@ class Packet:
         chart: Chart | None = None,
         time: ArrayLike = 0.0,
     ) -> np.ndarray:
-        """Return the mean of a function of two invariants over the packet, divided by norm^2, at each time.
+        """Return the mean of a function of two invariants over the packet, divided by norm^2.
 
-        function(x, y): arrays of the invariants of `chart` (ALPHA_BETA by default, R_VARTHETA, TWO_POLAR) to real
-        values. Gauss-Legendre quadrature over where the states live, refined until all states are normalised to 1e-9;
-        raises ValueError where they cannot be.
+        Parameters
+        ----------
+        function : callable
+            Function of two arrays, the invariants, that returns real values.
+        {invariant_chart}
+        {packet_time}
 
-        :Cost: about 1 ns for each state, node (some 10^4) and time.
+        Returns
+        -------
+        ndarray
+            Mean at each time.
+
+        Raises
+        ------
+        ValueError
+            If the quadrature does not normalise all states to 1e-9.
+
+        Notes
+        -----
+        - Method: Gauss-Legendre quadrature over the reach of the states, refined until all states are normalised to
+          1e-9.
+        - Cost: about 1 ns per state, node (some 10^4) and time.
         """
         chosen = invariants_of(ALPHA_BETA if chart is None else chart)
         moments = _moments(time)

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import real, whole
 from ...results.progress import says_progress
 from ...runs.requirements import current_system
@@ -24,6 +25,7 @@ NOTHING = 1e-3
 
 
 @says_progress
+@inserts_parameters
 def projected_packet(
     model: Body,
     function: Callable[[np.ndarray, np.ndarray], np.ndarray],
@@ -36,18 +38,48 @@ def projected_packet(
     missing: float = 1e-6,
     single_valued: bool = True,
 ) -> Packet:
-    """Expand a given initial function in the lowest states of one symmetry class of a body.
+    """Expand a function in the lowest states of one symmetry class of a body.
 
-    :Parameters: model: a Body; function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants
-        of `chart` (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: its part beyond a wall of V is missing; it need not
-        be normalised, and must have ended at twice the reach of the states; m, l, count, hbar, single_valued as
-        in `spectrum`; missing: the largest part of the function that the states may lack.
-    :Returns: Packet, of norm^2 = 1 - missing.
-    :Raises: ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
-        resolve, and where more than `missing` is lost, with a sufficient number of levels.
-    :Formula: c_k = ``<Psi_k|Psi>``/||Psi||, Gauss-Legendre quadrature to about 1e-9.
-    :Cost: that of `spectrum`, and milliseconds.
-    :Source: Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
+    Parameters
+    ----------
+    {body}
+    function : callable
+        Function of two arrays, the invariants of the chart, that returns Psi e^(-i m phi - i l psi), real or complex.
+        It need not be normalised and must have decayed at twice the reach of the states. Its part beyond a potential
+        barrier is missing.
+    {spin_vorticity}
+    {class_count}
+    {hbar}
+    chart : Chart, default ALPHA_BETA
+        Coordinates of the invariants: `ALPHA_BETA`, `R_VARTHETA` or `TWO_POLAR`.
+    missing : float, default 1e-6
+        Largest part of the function that the states may lack.
+    {single_valued}
+
+    Returns
+    -------
+    Packet
+        Packet with norm^2 = 1 - ``missing``.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the function is not finite, the quadrature does not resolve it, an argument has a wrong value, or more than
+        `missing` is lost. The message then has a sufficient number of levels.
+    NoGroundState
+        If the energy is unbounded below or the body does not bind that many levels.
+
+    Notes
+    -----
+    - Method: c_k = ``<Psi_k|Psi>``/||Psi|| by Gauss-Legendre quadrature.
+    - Accuracy: about 1e-9.
+    - Cost: one call of `spectrum`, and milliseconds.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
 
     Examples
     --------

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.differences import FIRST, OFFSETS
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import whole, whole_numbers
 from ...results.display import screen
 from ...results.progress import says_progress
@@ -25,8 +26,18 @@ NOISE = 1e-9
 
 
 class TimeScales(NamedTuple):
-    """Derivatives of the energy to quantum numbers: slope dE/dn (n,), curvature d2E/dn2 (n, n), rows as `names`;
-    hbar.
+    """Derivatives of the energy to quantum numbers, and the times that follow.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Coordinates of the rows.
+    slope : ndarray, shape (n,)
+        First derivatives dE/dn.
+    curvature : ndarray, shape (n, n)
+        Second derivatives d2E/dn dn'.
+    hbar : float
+        Planck's constant over 2 pi.
     """
 
     names: tuple[str, ...]
@@ -39,25 +50,31 @@ class TimeScales(NamedTuple):
 
     @property
     def period(self) -> np.ndarray:
-        """Times 2 pi hbar/``|dE/dn|`` (n,) after which packets of each degree of freedom come back; inf for a slope of
-        0.
-        """
+        """Classical periods of packets, 2 pi hbar/``|dE/dn|``, shape (n,), inf for a slope of 0."""
         return _over(2 * np.pi * self.hbar, self.slope)
 
     @property
     def revival(self) -> np.ndarray:
-        """Times (n, n) after which packets are whole again: 4 pi hbar/``|d2E/dn2|``, and 2 pi hbar/``|d2E/dn dn'|`` of
-        pairs; inf for 0.
+        """Revival times of packets, shape (n, n), inf for a second derivative of 0.
 
-        :Source: Robinett 2004, Phys. Rep. 392, 1; Bluhm, Kostelecky & Tudose 1996, Phys. Lett. A 222, 220 (two quantum
-            numbers).
+        They are 4 pi hbar/``|d2E/dn2|`` on the diagonal and 2 pi hbar/``|d2E/dn dn'|`` for pairs.
+
+        References
+        ----------
+        Robinett 2004, Phys. Rep. 392, 1; Bluhm, Kostelecky & Tudose 1996, Phys. Lett. A 222, 220 (two quantum numbers).
         """
         return _over(2 * np.pi * self.hbar * (1 + np.eye(self.slope.size)), self.curvature)
 
 
 class Revivals(NamedTuple):
-    """The time scales of the same packet twice: from differences of the levels, and from the frequencies dE/dJ,
-    d2E/dJ2.
+    """Time scales of the same packet by two methods.
+
+    Attributes
+    ----------
+    quantum : TimeScales
+        Time scales from differences of the levels.
+    classical : TimeScales
+        Time scales from the frequencies dE/dJ and their derivatives d2E/dJ2.
     """
 
     quantum: TimeScales
@@ -68,6 +85,7 @@ class Revivals(NamedTuple):
 
 
 @says_progress
+@inserts_parameters
 def revivals(
     model: Body,
     *,
@@ -80,20 +98,45 @@ def revivals(
     single_valued: bool = True,
     guess: ArrayLike | None = None,
 ) -> Revivals:
-    """Compute classical period and revival time of packets about given quantum numbers, from levels and from the
-    actions.
+    """Compute classical period and revival time of packets about given quantum numbers.
 
-    :Parameters: model: a Body that separates; n = (n1, n2), whole numbers of at least 1; m, l, hbar, chart,
-        single_valued as in `spectrum`; maslov, guess as in `quasiclassical_levels`.
-    :Returns: Revivals: names are the chart's coordinates, and eta, gamma where ``|p_eta|`` = ``|m - l|`` hbar/2 and
-        ``|p_gamma|`` are at least hbar (below, E has a kink).
-    :Raises: ValueError or TypeError for wrong input, for a body that does not separate, and where no torus has the
-        actions.
-    :Formulas: T = 2 pi hbar/``|dE/dn|`` and 4 pi hbar/``|d2E/dn2|``, by central differences of the levels (0 below
-        their error: a revival time of inf); dE/dn = h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by
-        differences of order 8 of `energy_of_actions`, to 1e-9. Both agree to O(hbar^2) at given actions. Milliseconds,
-        once the tori are compiled.
-    :Source: Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
+    Parameters
+    ----------
+    {body}
+    n : array_like of int, shape (2,)
+        Quantum numbers of the two coordinates in the order of the chart, at least 1.
+    {spin_vorticity}
+    {hbar}
+    {quantum_chart}
+    maslov : tuple of int, default EBK
+        Maslov indices of the two coordinates: `EBK` = (2, 2), `BOHR_SOMMERFELD` = (0, 0) or others.
+    {single_valued}
+    {torus_guess}
+
+    Returns
+    -------
+    Revivals
+        Time scales from the levels and from the actions. The rows are the coordinates of the chart, and eta and gamma
+        if ``|p_eta|`` = ``|m - l|`` hbar/2 and ``|p_gamma|`` are at least hbar. Below, E has a kink.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the body does not separate, no torus has the actions, or an argument has a wrong value.
+
+    Notes
+    -----
+    - Quantum: central differences of the levels. A second derivative below their error is 0.
+    - Classical: dE/dn = h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by differences of order 8 of
+      `energy_of_actions`, to 1e-9.
+    - Both agree to O(hbar^2) at given actions.
+    - Cost: milliseconds after compilation.
+
+    References
+    ----------
+    Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
 
     Examples
     --------

@@ -17,7 +17,10 @@ RANGE = (1e-6, 1e6)
 
 
 class NoGroundState(ValueError):
-    """The Hamiltonian is unbounded below, has no discrete spectrum as far as asked, or one that no grid holds."""
+    """Error of a Hamiltonian without the levels asked for.
+
+    Its energy is unbounded below, its discrete spectrum has too few levels, or no grid holds them.
+    """
 
 
 class Well(NamedTuple):

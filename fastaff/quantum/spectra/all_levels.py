@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.docstrings import inserts_parameters
 from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import checked_callback, fits, flag, real, whole
 from ...results.calls import records_call
@@ -31,6 +32,7 @@ FIRST = 16
 
 
 @records_call
+@inserts_parameters
 def all_levels(
     model: Body,
     *,
@@ -42,20 +44,48 @@ def all_levels(
     tolerance: float = 1e-10,
     callback: Callable[[float], None] | None = None,
 ) -> LevelTable:
-    """Compute all levels of a body below an energy, or its lowest multiplets, of all symmetry classes together.
+    """Compute all levels of a body below an energy, or its lowest multiplets, of all symmetry classes.
 
-    :Parameters: model: a Body; max_energy: all levels below this energy, or multiplets >= 1: number of different
-        energies, with all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m
-        + l even; False: on its double covering, all m and l; callback: called with the fraction that is done.
-    :Returns: LevelTable, perhaps of no level.
-    :Raises: as `spectrum`; Interrupted on Ctrl-C, with a complete list up to a lower energy in `.partial`.
-        Completeness: E_k of a class grows with ``|m - l|`` and ``|m + l|`` (min-max), which ends the search and bounds
-        the number of levels to compute. Classes with the same ``|m - l|`` and ``|m + l|`` have the same levels and are
-        computed once: up to four (m, l).
-    :Cost: that of the classes; many at once where the body separates, one after another else (there a tolerance of 1e-6
-        is much cheaper).
-    :Source: Courant & Hilbert 1924, Methoden der mathematischen Physik I, ch. VI (min-max); Martens & Slawianowski,
-        EQ4.1, EQ4.2 (a, b).
+    Parameters
+    ----------
+    {body}
+    max_energy : float, optional
+        Energy below which all levels are computed. Give `max_energy` or `multiplets`.
+    multiplets : int, optional
+        Number of different energies, at least 1. All their levels are computed.
+    {hbar}
+    {single_valued}
+    {quantum_chart}
+    {levels_tolerance}
+    {callback}
+
+    Returns
+    -------
+    LevelTable
+        Levels in ascending order, possibly none.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If an argument has a wrong value.
+    NoGroundState
+        If the energy is unbounded below or the body does not bind the levels.
+    Interrupted
+        On Ctrl-C. Its attribute ``partial`` has a complete list up to a lower energy.
+
+    Notes
+    -----
+    - Completeness: E_k of a class grows with ``|m - l|`` and ``|m + l|`` (min-max), which ends the search.
+    - Classes with the same ``|m - l|`` and ``|m + l|``, up to four, have the same levels and are computed once.
+    - Cost: the sum over the classes. Classes of a separable body are computed together. For other bodies, a tolerance
+      of 1e-6 is much cheaper.
+
+    References
+    ----------
+    Courant & Hilbert 1924, Methoden der mathematischen Physik I, ch. VI (min-max); Martens & Slawianowski, EQ4.1, EQ4.2
+    (a, b).
 
     Examples
     --------

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.docstrings import inserts_parameters
 from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import an_array, checked_callback, function, numbers, text, whole
 from ...results.calls import records_call
@@ -34,11 +35,26 @@ class Curve(NamedTuple):
 
 @dataclass(frozen=True)
 class LevelDiagram(Drawable):
-    """Levels of one or more symmetry classes at each value of a parameter.
+    """Levels of one or several symmetry classes at each value of a parameter.
 
-    name: of the abscissa, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error
-    (points, columns, levels): the lowest of each class, ascending, NaN where not computed; n (numbers, points, columns,
-    levels), names: their quantum numbers as in `LevelTable`, -1 where not computed.
+    Attributes
+    ----------
+    name : str
+        Name of the abscissa: a parameter, ``"m"`` or ``"l"``.
+    values : ndarray, shape (points,)
+        Values of the abscissa.
+    m, l : ndarray of int, shape (points, columns)
+        Quantum numbers of spin and vorticity of the classes.
+    E : ndarray, shape (points, columns, levels)
+        Lowest energies of each class, ascending, NaN if not computed.
+    error : ndarray, shape (points, columns, levels)
+        Errors of E.
+    n : ndarray of int, shape (numbers, points, columns, levels)
+        Quantum numbers as in `LevelTable`, -1 if not computed.
+    names : tuple of str
+        Names of the quantum numbers.
+    hbar : float
+        Planck's constant over 2 pi.
     """
 
     name: str
@@ -60,10 +76,13 @@ class LevelDiagram(Drawable):
         return float(np.nanmin(self.E[..., -1]))
 
     def curves(self) -> list[Curve]:
-        """Return the levels as curves, followed by their quantum numbers: they cross where the body separates, else
-        they keep their order.
+        """Return the levels as curves, each with the same quantum numbers at all points.
 
-        A curve is NaN where it is not among the levels computed.
+        Returns
+        -------
+        list of Curve
+            Tuples of column, label (quantum numbers) and E, which is NaN if the level was not computed. Curves cross if
+            the body separates, else they keep their order.
         """
         found = []
         for column in range(self.m.shape[1]):
@@ -79,6 +98,7 @@ class LevelDiagram(Drawable):
 
 
 @records_call
+@inserts_parameters
 def level_diagram(
     make: Callable[[float], Any],
     values: ArrayLike,
@@ -95,15 +115,47 @@ def level_diagram(
 ) -> LevelDiagram:
     """Compute levels against a parameter, in one symmetry class or several.
 
-    :Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or
-        sequences of them, one for each class; count: number of levels of each class; name: of the parameter; hbar,
-        single_valued, chart, tolerance as in `spectrum`; callback: called with the fraction that is done.
-    :Returns: LevelDiagram.
-    :Raises: as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do not;
-        Interrupted on Ctrl-C, with NaN where nothing was computed yet in `.partial`.
-    :Cost: that of `spectrum` for every value; 1e-6 is tolerance enough for a figure of a body that does not separate.
-    :Source: as `spectrum`; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it
-        is conserved).
+    Parameters
+    ----------
+    make : callable
+        Function of a value that returns the `Body`.
+    values : array_like, shape (points,)
+        Finite values of the parameter.
+    m, l : int or sequence of int
+        Quantum numbers of spin and vorticity of each class.
+    {class_count}
+    name : str, default "parameter"
+        Name of the parameter.
+    {hbar}
+    {single_valued}
+    {quantum_chart}
+    {levels_tolerance}
+    {callback}
+
+    Returns
+    -------
+    LevelDiagram
+        Levels at each value.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If an argument has a wrong value, or `make` returns both separable and nonseparable bodies.
+    NoGroundState
+        If the energy of a body is unbounded below or it does not bind that many levels.
+    Interrupted
+        On Ctrl-C. The result so far is in its attribute ``partial``, with NaN for values not yet computed.
+
+    Notes
+    -----
+    Cost: one call of `spectrum` per value. For a figure of nonseparable bodies a tolerance of 1e-6 is sufficient.
+
+    References
+    ----------
+    Martens & Slawianowski, section 4; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only if more
+    than the class is conserved).
 
     Examples
     --------
@@ -130,6 +182,7 @@ def level_diagram(
 
 
 @records_call
+@inserts_parameters
 def class_diagram(
     model: Body,
     *,
@@ -143,11 +196,34 @@ def class_diagram(
 ) -> LevelDiagram:
     """Compute levels of a body against its spin m at one vorticity l, or against l at one m.
 
-    :Parameters: model: a Body; m, l: one a sequence of whole numbers, the points of the diagram, the other a whole
-        number; count: how many levels of each class; hbar, single_valued, chart, tolerance as in `spectrum`.
-    :Returns: LevelDiagram of one column, whose values are the sequence.
-    :Raises: as `spectrum`.
-    :Source: as `spectrum`.
+    Parameters
+    ----------
+    {body}
+    m, l : int or sequence of int
+        Quantum numbers of spin and vorticity. One is a sequence, the points of the diagram, the other an integer.
+    {class_count}
+    {hbar}
+    {single_valued}
+    {quantum_chart}
+    {levels_tolerance}
+
+    Returns
+    -------
+    LevelDiagram
+        Diagram of one column. Its values are the sequence.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If an argument has a wrong value.
+    NoGroundState
+        If the energy is unbounded below or the body does not bind that many levels.
+
+    References
+    ----------
+    Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
 
     Examples
     --------

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, ParamSpec, cast
 
 import numpy as np
 
+from ...core.docstrings import inserts_parameters
 from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import an_array, checked_callback, fits, positive, whole
 from ...results.calls import records_call
@@ -67,6 +68,7 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
 
 @_of_bodies
 @records_call
+@inserts_parameters
 def spectrum(
     model: Dynamics,
     *,
@@ -79,53 +81,52 @@ def spectrum(
     tolerance: float = 1e-10,
     callback: Callable[[float], None] | None = None,
 ) -> LevelTable:
-    """Compute the lowest energy levels of a body in one symmetry class, or of a vibration, with error estimates.
+    """Compute the lowest energy levels of one symmetry class of a body, or of a vibration.
 
     Parameters
     ----------
-    model : `Body`, or any H = T(p) + V(q) in one to three coordinates
-        The potential of a body may separate or not. The kinetic energy of others is quadratic in the momenta.
-    m, l : int
-        Of a body alone: quantum numbers of spin and vorticity, m + l even for functions on GL(2,R)
-        (single_valued=True), else any, on the double covering.
-    count : int >= 1
-        Number of levels.
-    hbar : float > 0, action, default 1
-        Planck's constant over 2 pi.
-    single_valued : bool, default True
-        Functions on GL(2,R), else on its double covering.
-    chart : ALPHA_BETA or R_VARTHETA, optional
-        One in which the body separates (default: the first).
+    model : Body or model
+        A body, separable or not, or a system H = T(p) + V(q) of one to three coordinates with T quadratic in the
+        momenta.
+    m, l : int, optional
+        Quantum numbers of spin and vorticity. Required for a body and not supported for other systems.
+    count : int
+        Number of levels, at least 1.
+    {hbar}
+    {single_valued}
+    {quantum_chart}
     tolerance : float, default 1e-10
-        Relative, of E and of the spacing of levels, for `converged`. Bases grow until two agree to it or they reach
-        their largest size.
+        Largest error of a converged level, relative to E and to the spacing of the levels. Bases grow until two agree
+        to it or the largest size is reached.
     callback : callable, optional
-        Called after each basis with the largest fraction that may be done.
+        Function that is called after each basis with the largest fraction that may be completed.
 
     Returns
     -------
-    `LevelTable`
-        Levels in ascending order, with errors, those of bodies with wave functions.
+    LevelTable
+        Levels in ascending order, with errors and wave functions.
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong.
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If an argument has a wrong value.
     NoGroundState
-        A ValueError: the energy is unbounded below, the body does not bind that many levels, or no grid holds them.
+        If the energy is unbounded below, the body does not bind that many levels, or no grid holds them. It is a
+        `ValueError`.
     Interrupted
-        On Ctrl-C, with the levels of the last basis in `.partial`, None before the first.
+        On Ctrl-C. Its attribute ``partial`` has the levels of the last basis, None before the first.
 
     Notes
     -----
-    H = -(hbar^2/2 mu) Delta + V. The separated equations EQ4.1, EQ4.2, EQ4.6, EQ4.9 are solved by Galerkin's method in
-    Jacobi polynomials with the exponents at singular ends built in (oscillators in closed form), bodies that do not
-    separate by adiabatic channels, see `plane_levels`. At a wall det phi = 0 where both solutions are square integrable
-    f = 0 (Friedrichs). Separable bodies take milliseconds, to about 1e-13; for others see bench/test_quantum.py.
-    Vibrations, -(hbar^2/2) d.W d + V with W the inverse masses, are solved on a uniform grid, see `vibration_levels`:
-    some 100 levels of two coordinates to 1e-12 in seconds where V is smooth and grows. Levels of a well behind a
-    saddle, as of Henon and Heiles, are those of the well with a wall beyond; tunnelling changes them by about their
-    error. Bounds by intervals find wells wherever they are; if V takes none, `method` says so.
+    - Separable bodies: Galerkin's method in Jacobi polynomials with the exponents of the singular ends; closed forms
+      for oscillators. Milliseconds, errors of about 1e-13.
+    - Nonseparable bodies: adiabatic channels. A tolerance of 1e-6 is much cheaper.
+    - Vibrations: a uniform grid. Some 100 levels of two coordinates to 1e-12 in seconds if V is smooth and grows.
+    - At a potential barrier det phi = 0 with two square-integrable solutions, f = 0 (Friedrichs).
+    - A well behind a saddle is closed by a barrier. Tunnelling changes the levels by about their error.
+    - Interval bounds find all wells. If V does not support them, ``method`` states it.
 
     References
     ----------
@@ -155,6 +156,7 @@ def spectrum(
     return known[-1]
 
 
+@inserts_parameters
 def spectrum_table(
     model: Body,
     *,
@@ -168,12 +170,39 @@ def spectrum_table(
 ) -> list[LevelTable]:
     """Compute the lowest levels of many symmetry classes of a separable body at once.
 
-    :Parameters: model: a Body; m, l: (classes,) each; count: number of levels of each class; hbar, single_valued,
-        chart, tolerance: as in `spectrum`.
-    :Returns: a list of LevelTable, one for each pair.
-    :Raises: as `spectrum`, and ValueError for a body that does not separate. Classes with the same ``|m - l|`` and ``|m
-        + l|`` have the same levels and are computed once; eigenproblems of one size are solved in stacks.
-    :Source: as `spectrum`.
+    Parameters
+    ----------
+    {body}
+    m, l : sequence of int
+        Quantum numbers of spin and vorticity of each class.
+    {class_count}
+    {hbar}
+    {single_valued}
+    {quantum_chart}
+    {levels_tolerance}
+
+    Returns
+    -------
+    list of LevelTable
+        Levels of each class.
+
+    Raises
+    ------
+    TypeError
+        If an argument has the wrong type.
+    ValueError
+        If the body does not separate or an argument has a wrong value.
+    NoGroundState
+        If the energy is unbounded below or the body does not bind that many levels.
+
+    Notes
+    -----
+    - Classes with the same ``|m - l|`` and ``|m + l|`` have the same levels and are computed once.
+    - Eigenproblems of one size are solved together.
+
+    References
+    ----------
+    Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
 
     Examples
     --------

@@ -39,18 +39,41 @@ class Waves(Protocol):
 
 @dataclass(frozen=True)
 class LevelTable(Result, axis="level"):
-    """Energy levels of a body; arrays have the levels on their last axis.
+    """Energy levels of a body or a vibration; the levels are the last axis of arrays.
 
-    E (levels,); error (levels,): bound of the error of the method, rounding in closed forms; status (levels,): OK,
-    NOT_CONVERGED where error is above the tolerance asked for, UNBOUND or NOT_CONVERGED with E NaN where no torus was
-    found, NOT_CONVERGED with E where a torus is not sure. n (numbers, levels): quantum numbers of the coordinates
-    `names`, such as ("alpha", "beta"), or one row, "level": the number in its class, from 0, where the body does not
-    separate; m, l (levels,): spin and vorticity, 0 for systems that are not bodies. constants (constants, levels):
-    eigenvalues of `constant_names`: E_alpha, E_beta or E, e_vartheta (with V_vartheta = 2 C/cos^2(vartheta/2) for
-    Anharmonic; for the paper's 2 C tan^2(vartheta/2) it is 2 C less). hbar; method: one sentence, with boundary
-    conditions; functions: size of the largest basis, 0 without one; complete_below: no level of the body below this
-    energy is missing (-inf: not known). spacing (2, levels): of quasiclassical levels, h nu of the two coordinates,
-    the energy of one more quantum to first order. waves: the wave functions, where the method has them.
+    Attributes
+    ----------
+    E : ndarray, shape (levels,)
+        Energies.
+    error : ndarray, shape (levels,)
+        Bound of the error of the method, round-off for closed forms.
+    status : ndarray of int, shape (levels,)
+        `Status`: ``OK``; ``NOT_CONVERGED`` if the error exceeds the tolerance or a torus is not sure; ``UNBOUND`` or
+        ``NOT_CONVERGED`` with E NaN if no torus was found.
+    n : ndarray of int, shape (numbers, levels)
+        Quantum numbers of `names`.
+    names : tuple of str
+        Coordinates such as ("alpha", "beta"), or ("level",) for the number in the symmetry class, from 0, of a
+        nonseparable system.
+    m, l : ndarray of int, shape (levels,)
+        Spin and vorticity, 0 for systems that are not bodies.
+    constants : ndarray, shape (constants, levels)
+        Eigenvalues of the separation constants. For `Anharmonic`, e_vartheta belongs to V_vartheta = 2
+        C/cos^2(vartheta/2); for 2 C tan^2(vartheta/2) of the paper it is 2 C less.
+    constant_names : tuple of str
+        E_alpha, E_beta or E, e_vartheta.
+    hbar : float
+        Planck's constant over 2 pi.
+    method : str
+        Method and boundary conditions, in one sentence.
+    functions : int
+        Size of the largest basis, 0 without one.
+    complete_below : float
+        Energy below which no level of the body is missing, -inf if unknown.
+    spacing : ndarray, shape (2, levels), optional
+        For semiclassical levels, h nu of the two coordinates: the energy of one more quantum to first order.
+    waves : object, optional
+        Wave functions, if the method has them.
     """
 
     E: Annotated[np.ndarray, along("level", unit="energy")]
@@ -70,7 +93,13 @@ class LevelTable(Result, axis="level"):
     waves: Waves | LatticeWaves | None = field(default=None, repr=False)
 
     def summary(self) -> str:
-        """Return one line with the number of levels, their range of energies, and whether they have converged."""
+        """Return one line with the number of levels, their range of energies and their convergence.
+
+        Returns
+        -------
+        str
+            The line.
+        """
         known = np.isfinite(self.E)
         E = self.E[known]
         failed = int(np.count_nonzero(self.status))
@@ -97,35 +126,85 @@ class LevelTable(Result, axis="level"):
 
     @property
     def converged(self) -> np.ndarray:
-        """Whether the status is OK (levels,)."""
+        """Whether the status is ``OK``, shape (levels,)."""
         return self.status == Status.OK
 
     @property
     def separated(self) -> bool:
-        """Whether the quantum numbers are those of two coordinates that the body separates in."""
+        """Whether the quantum numbers belong to two coordinates in which the body separates."""
         return len(self.n) == 2
 
     def take(self, items: Any) -> LevelTable:
-        """Return the table of some of the levels: a number, a slice, numbers or a mask; its completeness is not known.
+        """Return the table of some of the levels, whose completeness is unknown.
 
-        :Raises: TypeError or ValueError naming the values allowed.
+        Parameters
+        ----------
+        items : int, slice, array_like of int or array_like of bool
+            Levels to keep.
+
+        Returns
+        -------
+        LevelTable
+            The table of these levels.
+
+        Raises
+        ------
+        TypeError
+            If the items have the wrong type.
+        ValueError
+            If a number or mask does not fit the table.
         """
         return replace(super().take(items), complete_below=-math.inf)
 
     def ascending(self) -> LevelTable:
-        """Return the levels that have an energy, in ascending order."""
+        """Return the levels that have an energy, in ascending order.
+
+        Returns
+        -------
+        LevelTable
+            The sorted table.
+        """
         order = np.argsort(self.E, kind="stable")
         return replace(self.take(order[np.isfinite(self.E[order])]), complete_below=self.complete_below)
 
     def below(self, energy: float) -> LevelTable:
-        """Return the levels below an energy; raises ValueError or TypeError for a wrong value."""
+        """Return the levels below an energy.
+
+        Parameters
+        ----------
+        energy : float
+            The energy.
+
+        Returns
+        -------
+        LevelTable
+            The levels, complete below the energy if the table is.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the energy is not a number.
+        """
         top = real("energy", energy)
         return replace(self.take(np.flatnonzero(top > self.E)), complete_below=min(self.complete_below, top))
 
     def upto(self, count: int) -> LevelTable:
-        """Return the lowest levels, ascending, all where there are no more; complete below the first one left out.
+        """Return the lowest levels in ascending order, complete below the first one left out.
 
-        :Raises: ValueError or TypeError for a count that is no whole number of at least 0.
+        Parameters
+        ----------
+        count : int
+            Number of levels, at least 0. All levels are returned if there are fewer.
+
+        Returns
+        -------
+        LevelTable
+            The levels.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the count is not an integer of at least 0.
         """
         levels = self.ascending()
         size = min(whole("count", count, 0), len(levels))
@@ -133,12 +212,23 @@ class LevelTable(Result, axis="level"):
         return replace(levels.take(slice(size)), complete_below=top)
 
     def multiplets(self, tolerance: float | None = None) -> Multiplets:
-        """Group the levels that have an energy, in ascending order, into multiplets.
+        """Group the levels that have an energy into multiplets, in ascending order.
 
-        tolerance: relative; neighbours that differ by no more are one multiplet. By default they may differ by the sum
-        of their errors and 64 roundings.
+        Parameters
+        ----------
+        tolerance : float, optional
+            Largest relative difference of neighbours in a multiplet, in [0, 1). Default: the sum of their errors and 64
+            units of round-off.
 
-        :Raises: ValueError or TypeError for a tolerance that is not in [0, 1).
+        Returns
+        -------
+        Multiplets
+            The multiplets.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the tolerance is not in [0, 1).
         """
         levels = self.ascending()
         E = levels.E
@@ -153,8 +243,22 @@ class LevelTable(Result, axis="level"):
         return Multiplets(levels, np.append(starts, E.size))
 
     def state(self, k: int) -> State | VibrationState:
-        """Return the wave function of level k, counted from 0; raises TypeError or ValueError for a number of no level,
-        and for a table without wave functions.
+        """Return the wave function of a level.
+
+        Parameters
+        ----------
+        k : int
+            Number of the level, from 0.
+
+        Returns
+        -------
+        State or VibrationState
+            The stationary state.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If no level has the number or the table has no wave functions.
         """
         if whole("k", k, 0) >= len(self):
             raise ValueError(f"k must be below the number of levels {len(self)}, got {k}")
@@ -174,7 +278,15 @@ class LevelTable(Result, axis="level"):
 
 @dataclass(frozen=True)
 class Multiplets(Drawable):
-    """Levels gathered by energy: levels, ascending, and first (multiplets + 1,), where each multiplet begins."""
+    """Levels grouped by energy.
+
+    Attributes
+    ----------
+    levels : LevelTable
+        Levels in ascending order.
+    first : ndarray of int, shape (multiplets + 1,)
+        Number of the first level of each multiplet, and the number of levels.
+    """
 
     levels: LevelTable
     first: np.ndarray
@@ -193,22 +305,49 @@ class Multiplets(Drawable):
 
     @property
     def E(self) -> np.ndarray:
-        """The lowest energy of each multiplet (multiplets,)."""
+        """Lowest energy of each multiplet, shape (multiplets,)."""
         return self.levels.E[self.first[:-1]]
 
     @property
     def degeneracy(self) -> np.ndarray:
-        """Number of levels of each multiplet (multiplets,)."""
+        """Number of levels of each multiplet, shape (multiplets,)."""
         return np.diff(self.first)
 
     def members(self, k: int) -> LevelTable:
-        """Return the levels of multiplet k, counted from 0; raises ValueError or TypeError for a wrong value."""
+        """Return the levels of a multiplet.
+
+        Parameters
+        ----------
+        k : int
+            Number of the multiplet, from 0.
+
+        Returns
+        -------
+        LevelTable
+            The levels.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If no multiplet has the number.
+        """
         k = whole("k", k, 0, len(self) - 1)
         return self.levels.take(slice(*self.first[[k, k + 1]].tolist()))
 
     def labels(self, k: int) -> list[tuple[int, int, int]]:
-        """Return the different (n1 + n2, ``|m + l|``, ``|m - l|``) of multiplet k, on which its energy depends where
-        both planes are alike.
+        """Return the different (n1 + n2, ``|m + l|``, ``|m - l|``) of a multiplet.
+
+        Its energy depends on these if both planes are alike.
+
+        Parameters
+        ----------
+        k : int
+            Number of the multiplet, from 0.
+
+        Returns
+        -------
+        list of tuple of int
+            The labels.
         """
         some = self.members(k)
         rows = some.n.sum(axis=0), np.abs(some.m + some.l), np.abs(some.m - some.l)
@@ -216,14 +355,30 @@ class Multiplets(Drawable):
 
 
 def level_list(classes: Sequence[LevelTable], *, complete_below: float = -math.inf) -> LevelTable:
-    """Merge tables of levels, such as those of symmetry classes, into one in ascending order.
+    """Merge tables of levels, for example of symmetry classes, into one in ascending order.
 
-    classes: tables of one body, one or more, such as `spectrum_table` gives; complete_below: kept in the result.
+    Parameters
+    ----------
+    classes : sequence of LevelTable
+        One or more tables of one body, for example from `spectrum_table`.
+    complete_below : float, default -inf
+        Energy below which no level is missing. It is kept in the result.
 
-    :Returns: LevelTable, without wave functions.
-    :Raises: TypeError for values that are no tables, ValueError for none of them, or of different hbar or quantum
-        numbers.
-    :Source: none.
+    Returns
+    -------
+    LevelTable
+        All levels, without wave functions.
+
+    Raises
+    ------
+    TypeError
+        If a value is not a table.
+    ValueError
+        If there is no table, or the tables differ in hbar or in the names of quantum numbers.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ4.3 (the symmetry classes).
 
     Examples
     --------

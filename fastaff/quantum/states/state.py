@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import checked, first
+from ...core.docstrings import inserts_parameters
 from ...core.numbers import fits, whole
 from ...core.numbers import function as a_function
 from ...engine.packing import run_points
@@ -183,15 +184,30 @@ class Product(NamedTuple):
 
 @dataclass(frozen=True)
 class State(Drawable):
-    """A stationary state Psi = e^(i m phi + i l psi) A of one symmetry class, normalised; call it on matrices phi (2,
-    2, ...).
+    """Stationary state Psi = e^(i m phi + i l psi) A of one symmetry class: call it on matrices.
 
-    symmetry: the class (m, l); shape: A, a `Product` of `factors` where the body separates; numbers: quantum numbers by
-    name; energy; constants: the separation constants by name; hbar. Signs: factors are positive near alpha = 0, beta =
-    0 and r = 0, or near the wall instead; the shape of a body that does not separate has its largest coefficient
-    positive. With m + l odd Psi has two values on a matrix; it then takes coordinates only (`at`).
+    The argument phi has the shape (2, 2, ...). For m + l odd, Psi has two values on a matrix; use ``at``. Psi is
+    normalised. Signs: factors are positive near alpha = 0, beta = 0 and r = 0, or near the potential barrier. For a
+    nonseparable body, the largest coefficient of A is positive.
 
-    :Source: Martens & Slawianowski, EQ4.3 and section 5 (the norms are derived).
+    Attributes
+    ----------
+    symmetry : object
+        Symmetry class, with the quantum numbers m and l.
+    shape : object
+        Amplitude A, a product of ``factors`` if the body separates.
+    numbers : dict of int
+        Quantum numbers by name.
+    energy : float
+        Energy.
+    constants : dict of float
+        Separation constants by name.
+    hbar : float
+        Planck's constant over 2 pi.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ4.3 and section 5 (the norms are derived).
     """
 
     symmetry: SymmetryClass
@@ -209,12 +225,12 @@ class State(Drawable):
 
     @property
     def chart(self) -> Chart:
-        """The chart of the shape, ALPHA_BETA or R_VARTHETA."""
+        """Chart of the amplitude, `ALPHA_BETA` or `R_VARTHETA`."""
         return self.shape.chart
 
     @property
     def labels(self) -> dict[str, int]:
-        """The quantum numbers by name: n_alpha, n_beta or n_r, n_vartheta where the body separates, and m, l."""
+        """Quantum numbers by name: n_alpha, n_beta or n_r, n_vartheta if the body separates, and m, l."""
         return self.numbers | {"m": self.symmetry.m, "l": self.symmetry.l}
 
     def __call__(self, phi: ArrayLike) -> np.ndarray:
@@ -222,7 +238,18 @@ class State(Drawable):
         return self.planes(CARTESIAN.points_to_planes(checked("phi", phi, (2, 2)).reshape(4, *np.shape(phi)[2:])))
 
     def planes(self, planes: ArrayLike) -> np.ndarray:
-        """Return Psi (...), complex, at rows a1, a2, b1, b2 (4, ...): the fastest way, without trigonometry."""
+        """Return Psi at points of the planes, the fastest way, without trigonometry.
+
+        Parameters
+        ----------
+        planes : array_like, shape (4, ...)
+            Rows a1, a2, b1, b2.
+
+        Returns
+        -------
+        ndarray of complex, shape (...)
+            Psi.
+        """
         if not self.symmetry.single_valued:
             raise ValueError(
                 "with m + l odd Psi has two values on a matrix: give the coordinates of one, as at(q, ALPHA_BETA)"
@@ -240,9 +267,20 @@ class State(Drawable):
         return out.reshape(rows.shape[1:])[()]
 
     def at(self, q: ArrayLike, chart: Chart = ALPHA_BETA) -> np.ndarray:
-        """Return Psi (...), complex, at coordinates q (4, ...) of any chart, e.g. rows alpha, beta, eta, gamma.
+        """Return Psi at coordinates of a chart.
 
-        With m + l odd the angles decide between the two values; radii must not be negative then.
+        Parameters
+        ----------
+        q : array_like, shape (4, ...)
+            Coordinates, for example rows alpha, beta, eta, gamma. For m + l odd, the angles select one of the two
+            values, and radii must not be negative.
+        chart : Chart, default ALPHA_BETA
+            Any chart.
+
+        Returns
+        -------
+        ndarray of complex, shape (...)
+            Psi.
         """
         rows = checked("q", q, (4,))
         planes = checked_chart(chart).points_to_planes(rows)
@@ -258,11 +296,24 @@ class State(Drawable):
             raise ValueError("q must have radii >= 0 where m + l is odd")
         return self._of_radii(alpha, beta) * np.exp(0.5j * ((m - l) * eta + (m + l) * gamma))
 
+    @inserts_parameters
     def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
-        """Return the real Psi e^(-i m phi - i l psi) at invariants x, y of `chart` (own by default), which broadcast.
+        """Return the real amplitude Psi e^(-i m phi - i l psi).
 
-        :Raises: ValueError for values that are no invariants: negative radii, vartheta outside of [0, pi], D1 <
-            ``|D2|``.
+        Parameters
+        ----------
+        {invariant_values}
+        {invariant_chart}
+
+        Returns
+        -------
+        ndarray
+            Amplitude.
+
+        Raises
+        ------
+        ValueError
+            If values are not invariants: negative radii, vartheta outside of [0, pi], or D1 < ``|D2|``.
         """
         own = self.chart if chart is None else chart
         first, second = _together(*checked_invariants(x, y, own))
@@ -273,14 +324,28 @@ class State(Drawable):
             raise ValueError("x, y must have D1 >= |D2|, where every body is once")
         return self._of_radii(alpha, beta)[()]
 
+    @inserts_parameters
     def density(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
-        """Return the probability density of two invariants, per unit dx dy: its integral is 1.
+        """Return the probability density of two invariants.
 
-        x, y, which broadcast: alpha, beta (ALPHA_BETA), r, vartheta (R_VARTHETA) or D1, D2 (TWO_POLAR; 0 outside of D1
-        >= ``|D2|``, the region that has every body once). It is ``|Psi|^2`` times 4 pi^2 alpha beta, times (pi^2/2) r
-        sin(vartheta), times 2 pi^2 (D1^2 - D2^2).
+        Parameters
+        ----------
+        {invariant_values}
+        {invariant_chart}
 
-        :Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
+        Returns
+        -------
+        ndarray
+            Density per unit dx dy. Its integral is 1. In `TWO_POLAR` it is 0 outside of D1 >= ``|D2|``, the region that
+            has every body once.
+
+        Notes
+        -----
+        The density is ``|Psi|^2`` times 4 pi^2 alpha beta, (pi^2/2) r sin(vartheta), or 2 pi^2 (D1^2 - D2^2).
+
+        References
+        ----------
+        Martens & Slawianowski, section 5 (the measure, integrated over both angles).
         """
         own_chart = self.chart if chart is None else chart
         chosen = invariants_of(own_chart)
@@ -295,9 +360,21 @@ class State(Drawable):
         return np.where(inside, (2 * math.pi * own) ** 2 * alpha * beta * chosen.area, 0.0)[()]
 
     def norm(self, *, order: int | None = None) -> float:
-        """Return the norm of Psi by the factors' own quadrature, `order` nodes each (n + 32 by default)."""
+        """Return the norm of Psi by quadrature.
+
+        Parameters
+        ----------
+        order : int, optional
+            Number of quadrature nodes of each factor. Default: n + 32.
+
+        Returns
+        -------
+        float
+            The norm.
+        """
         return math.sqrt(float(np.real(self.expectation(lambda x, y: np.ones(np.shape(x)), order=order))))
 
+    @inserts_parameters
     def expectation(
         self,
         function: Callable[[np.ndarray, np.ndarray], np.ndarray],
@@ -307,12 +384,28 @@ class State(Drawable):
     ) -> Any:
         """Return the expectation value of a function of two invariants by Gauss quadrature.
 
-        function(x, y): arrays of the invariants of `chart` (own by default; ALPHA_BETA, R_VARTHETA, TWO_POLAR) to real
-        or complex values; order: nodes of each factor, n + 32 by default.
+        Parameters
+        ----------
+        function : callable
+            Function of two arrays, the invariants, that returns real or complex values.
+        {invariant_chart}
+        order : int, optional
+            Number of quadrature nodes of each factor. Default: n + 32.
 
-        :Raises: ValueError for a chart or order it does not take. For closed-form factors exact to rounding for
-            polynomials of alpha^2 and beta^2 (r and cos vartheta) of degree up to 63; raise `order` until the digits
-            stand otherwise.
+        Returns
+        -------
+        float or complex
+            Expectation value.
+
+        Raises
+        ------
+        ValueError
+            If the chart or the order is not supported.
+
+        Notes
+        -----
+        For closed-form factors the value is exact to round-off for polynomials of alpha^2 and beta^2, or r and cos
+        vartheta, of degree up to 63. For other functions, raise `order` until the digits do not change.
         """
         chosen = invariants_of(self.chart if chart is None else chart)
         a_function("function", function)
@@ -324,8 +417,19 @@ class State(Drawable):
         return np.sum(weights * self.shape(first, second) ** 2 * values).item()
 
     def overlap(self, other: State, *, order: int | None = None) -> float:
-        """Return ``<self|other>``; 0 between different classes. `order` as in `expectation`, with the larger n of both
-        states.
+        """Return the overlap ``<self|other>``, 0 between different symmetry classes.
+
+        Parameters
+        ----------
+        other : State
+            The other state.
+        order : int, optional
+            Number of quadrature nodes of each factor. Default: the larger n of both states + 32.
+
+        Returns
+        -------
+        float
+            The overlap.
         """
         if not isinstance(other, State):
             raise TypeError(f"other must be a State, got {type(other).__name__}")

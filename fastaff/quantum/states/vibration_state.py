@@ -87,10 +87,26 @@ class LatticeWaves:
 
 @dataclass(frozen=True)
 class VibrationState(Drawable):
-    """A stationary state of a vibration, real and normalised; call it on coordinates q (n, ...).
+    """Stationary state of a vibration, real and normalised: call it on coordinates.
 
-    number: of the level, from 0; energy; hbar; model; lattice: its sample points; kept (points,): flat indices of those
-    where it is not 0; values (points,), of sum of squares 1.
+    The argument q has the shape (n, ...).
+
+    Attributes
+    ----------
+    number : int
+        Number of the level, from 0.
+    energy : float
+        Energy.
+    hbar : float
+        Planck's constant over 2 pi.
+    model : model
+        The vibration.
+    lattice : object
+        Sample points.
+    kept : ndarray of int, shape (points,)
+        Flat indices of the sample points at which the state is not 0.
+    values : ndarray, shape (points,)
+        Values at these points; the sum of their squares is 1.
     """
 
     number: int
@@ -105,12 +121,18 @@ class VibrationState(Drawable):
         return screen(self)
 
     def summary(self) -> str:
-        """Return one line that names the state."""
+        """Return one line that names the state.
+
+        Returns
+        -------
+        str
+            The line.
+        """
         return f"level {self.number}, E = {self.energy:.10g}, over {', '.join(self.lattice.names)}"
 
     @property
     def table(self) -> np.ndarray:
-        """The values (n1, ...) at all points of the lattice."""
+        """Values at all sample points, shape (n1, ...)."""
         full = np.zeros(int(np.prod(self.lattice.shape)))
         full[self.kept] = self.values
         return full.reshape(self.lattice.shape)
@@ -140,12 +162,31 @@ class VibrationState(Drawable):
         return np.where(np.any(beyond, axis=0), 0.0, out / np.sqrt(size)).reshape(places.shape[1:])[()]
 
     def density(self, q: ArrayLike) -> np.ndarray:
-        """Return ``|Psi|^2`` (...) at coordinates q (n, ...)."""
+        """Return the probability density ``|Psi|^2``.
+
+        Parameters
+        ----------
+        q : array_like, shape (n, ...)
+            Coordinates.
+
+        Returns
+        -------
+        ndarray, shape (...)
+            Density.
+        """
         return self(q) ** 2
 
     def moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the means of q (n,), the covariance of q and that of p, each (n, n); the mean of p is 0. For angles
-        those of q have no meaning.
+        """Return means and covariances of coordinates and momenta.
+
+        Returns
+        -------
+        mean : ndarray, shape (n,)
+            Means of q. For periodic coordinates they have no meaning.
+        covariance : ndarray, shape (n, n)
+            Covariance of q. For periodic coordinates it has no meaning.
+        momentum_covariance : ndarray, shape (n, n)
+            Covariance of p. The mean of p is 0.
         """
         lattice = self.lattice
         weights = self.values**2
@@ -158,15 +199,32 @@ class VibrationState(Drawable):
         return mean, (away * weights) @ away.T, p @ p.T
 
     def quanta(self, modes: str = "normal") -> np.ndarray:
-        """Return the mean numbers of quanta (n,) in the "normal" modes, the fastest first, or the "local" ones, those
-        of each coordinate: ``<(Q^2 + P^2)/(2 hbar)> - 1/2`` of each, about the lowest minimum, of angles the
-        shorter way around.
+        """Return the mean numbers of quanta in the modes, about the lowest minimum.
 
-        Near whole numbers they label the level. Sums of them that a resonance leaves alone, polyads such as 2 n1 + n2
-        of a Fermi resonance, are near whole numbers where each is not.
+        Parameters
+        ----------
+        modes : {"normal", "local"}, default "normal"
+            Normal modes, the fastest first, or the mode of each coordinate.
 
-        :Raises: ValueError or TypeError for other modes, and where the minimum is flat.
-        :Source: Kellman & Lynch 1986, J. Chem. Phys. 85, 7216 (polyads).
+        Returns
+        -------
+        ndarray, shape (n,)
+            Means ``<(Q^2 + P^2)/(2 hbar)> - 1/2`` of each mode. Periodic coordinates are measured the shorter way
+            around.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the modes are unknown or the minimum is flat.
+
+        Notes
+        -----
+        Means near integers label the level. In a resonance, sums of them (polyads such as 2 n1 + n2 of a Fermi
+        resonance) stay near integers if each is not.
+
+        References
+        ----------
+        Kellman & Lynch 1986, J. Chem. Phys. 85, 7216 (polyads).
         """
         found = modes_of(self.model, named("modes", text("modes", modes), WAYS))
         p = self.moments()[2]
