@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import positive, whole
 from ..core.placing import write_atomically
 from ..core.status import Status
@@ -62,6 +63,7 @@ class Animation(NamedTuple):
         return {"image/gif": base64.b64encode(image).decode(), "text/plain": repr(self)}
 
 
+@inserts_parameters
 def animate(
     model: SeparableModel,
     z0: Any,
@@ -73,19 +75,50 @@ def animate(
     titles: Sequence[str] | None = None,
     threads: int | None = None,
 ) -> Animation:
-    """Animate motions: a body as the ellipse that the unit circle of its material becomes, with its material lines; a
-    system of two coordinates as a point on the lines of equal potential, for H(q, p) of the least energy over p; a
-    model with a method ``joints(q1, q2)``, x and y of the ends of rods, such as a double pendulum, as its rods.
+    """Animate a motion: a body as an ellipse, two coordinates as a point, a pendulum as its rods.
 
-    :Parameters: model: a body in the two planes, whose phase points have 8 rows, or any of two degrees of freedom; z0
-        (2n,) or (2n, motions): one panel each; time > 0; frames, at equal times from 0 on; rate: frames a second;
-        accuracy, threads as in `integrate`; titles: above the panels. A body's panel has its stretches D1 and D2
-        against time below it; the material line in another colour shows how it turns, its end leaves a trace. A motion
-        that escapes stays where it was last.
-    :Returns: Animation, which `save_animation` writes.
-    :Raises: ValueError or TypeError for wrong input.
-    :Cost: one integration, and about 0.05 s for each frame that is written.
-    :Source: Martens & Slawianowski, section 2 (y = phi a), section 3 (D1, D2).
+    Parameters
+    ----------
+    model : model
+        Body with phase points of 8 rows, or model of two degrees of freedom. A model with a method ``joints(q1, q2)``,
+        which returns x and y of the ends of rods, is drawn as rods, for example `DoublePendulum`.
+    z0 : array_like, shape (2n,) or (2n, motions)
+        Initial conditions. Each motion has a panel.
+    time : float
+        Length of the motion, positive, in units of time.
+    frames : int, default 200
+        Number of frames at equal times from 0.
+    rate : int, default 25
+        Frames per second.
+    accuracy : float, default 1e-8
+        Requested error of the orbits, relative to the amplitudes of the motion.
+    titles : sequence of str, optional
+        Titles of the panels.
+    {threads}
+
+    Returns
+    -------
+    Animation
+        Animation for `save_animation`. A notebook shows it as a GIF.
+
+    Raises
+    ------
+    TypeError
+        If the model is not supported or an argument has the wrong type.
+    ValueError
+        If an argument has a wrong value or shape.
+
+    Notes
+    -----
+    - A body is drawn as the ellipse of the unit circle of its material, with material lines. One line in another colour
+      shows the rotation and its end leaves a trace. The stretches D1 and D2 are drawn against time below.
+    - A point moves over lines of equal potential. For nonseparable H(q, p) they are lines of the least energy over p.
+    - An orbit that escapes stays at its last place.
+    - Cost: one integration, and 0.05 s per frame that is written.
+
+    References
+    ----------
+    Martens & Slawianowski, section 2 (y = phi a), section 3 (D1, D2).
 
     Examples
     --------
@@ -319,16 +352,39 @@ def _write_mp4(animation: Animation, name: str, dpi: float, callback: Any) -> No
 
 
 @says_progress
+@inserts_parameters
 def save_animation(
     animation: Animation, path: Any, *, dpi: float = 100.0, overwrite: bool = False, callback: Any = None
 ) -> Path:
-    """Write an animation as a GIF, or as an MP4 where ffmpeg is installed; return the path.
+    """Write an animation as a GIF, or as an MP4 if ffmpeg is installed.
 
-    :Parameters: path: ends with .gif or .mp4; dpi: pixels an inch; overwrite: replace an existing file instead of
-        numbering the new one; callback(fraction). The file is whole or not there: it is written beside its place and
-        moved.
-    :Raises: ValueError for another ending and where ffmpeg is missing, FileNotFoundError for a folder that does not
-        exist.
+    Parameters
+    ----------
+    animation : Animation
+        Animation of `animate`.
+    path : path_like
+        Path of the file, which ends with .gif or .mp4.
+    dpi : float, default 100
+        Pixels per inch.
+    overwrite : bool, default False
+        Replace an existing file. Otherwise the new file gets a number.
+    {callback}
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    ValueError
+        If the path has another ending or ffmpeg is missing.
+    FileNotFoundError
+        If the folder does not exist.
+
+    Notes
+    -----
+    The file is complete or absent: it is written under another name and then moved.
 
     Examples
     --------

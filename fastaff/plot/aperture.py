@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import numbers, whole
 from ..core.status import Status
 from ..runs.starts import ordered
@@ -20,18 +21,33 @@ BINS = 15
 
 
 @figure
+@inserts_parameters
 def plot_aperture(
     result: Any, z0: Any, *, ax: Any = None, x: int = 0, y: int = 1, bins: int | None = None, colorbar: bool = True
 ) -> Artists:
-    """Draw the time or turns that orbits survived, over angle and amplitude of their starts, with the aperture: at each
-    angle the largest amplitude up to which all survived. Starts that are a grid of x and y are drawn over these.
+    """Plot the time that orbits survived over angle and amplitude of their initial conditions.
 
-    :Parameters: result: with `t` and `status` (orbits,), such as that of `fastaff.integrate` or `frequency_map` for a
-        map, or `fastaff.tunes`; z0: starts (2n, orbits), or a grid or sample of them; x, y: their rows, r (cos a, sin
-        a); bins: of the angles, by default the starts' own where there are few.
-    :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, marks of
-        "at least"; labels the text with its least, mean and largest value; missing is 0. A click picks the orbit.
-        Starts far beyond the aperture lie outside of the frame; a note has their number.
+    Parameters
+    ----------
+    result : Result
+        Result with ``t`` and ``status`` of shape (orbits,), for example of `integrate` or `frequency_map` for a map, or
+        of `tunes`.
+    z0 : array_like, shape (2n, orbits), EnergyGrid or EnergySample
+        Initial conditions of the orbits. A grid of x and y is drawn over x and y.
+    {ax}
+    x, y : int, default 0 and 1
+        Rows of `z0` with r cos a and r sin a, for amplitude r and angle a.
+    bins : int, optional
+        Number of bins of the angles. Default: the angles themselves if they are few.
+    {colorbar}
+
+    Returns
+    -------
+    Artists
+        ``points`` are the initial conditions and ``lines`` the aperture: at each angle, the largest amplitude up to
+        which all orbits survived. If no orbit is lost at an angle, a mark means "at least". ``labels`` has the least,
+        mean and largest aperture; ``missing`` is 0. A click picks the orbit. A note has the number of initial
+        conditions far beyond the aperture, outside of the frame.
 
     Examples
     --------

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import shown
 from ..core.status import Status
 from ..periodic.bifurcations import Bifurcation, Event
@@ -30,6 +31,7 @@ STABLE = (Stability.ELLIPTIC, Stability.PARABOLIC, Stability.ATTRACTING)
 
 
 @figure
+@inserts_parameters
 def plot_backbone(
     branches: Branch | Sequence[Branch],
     *,
@@ -40,23 +42,40 @@ def plot_backbone(
     names: Sequence[str] | None = None,
     bifurcations: bool = True,
 ) -> Artists:
-    """Draw the frequency 1/T of families of periodic orbits against their energy, or the amplitude of forced ones
-    against their parameter, solid where they are stable.
+    """Plot families of periodic orbits: frequency against energy, or amplitude against a parameter.
 
-    :Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
-        name; parameter: name of the quantity followed, by default the energy, or "parameter"; y: the variable of a
-        driven system or of dz/dt = f(z) whose amplitude is drawn (a response curve), by default the first, or
-        "frequency"; angular: draw 2 pi/T, in radians per unit time, instead of cycles; names: of the families, for the
-        legend; bifurcations: mark them.
+    Parameters
+    ----------
+    branches : Branch or sequence of Branch
+        Families of `continuation`. Two branches continued in both directions from one orbit may have the same name.
+    {ax}
+    parameter : str, optional
+        Name of the parameter of the continuation. Default: the energy, or ``"parameter"``.
+    y : str, optional
+        For a driven system or an ODE, the variable whose amplitude is drawn (a response curve), or ``"frequency"``.
+        Default: the first variable.
+    angular : bool, default False
+        Draw 2 pi/T in radians per unit time instead of 1/T in cycles per unit time.
+    names : sequence of str, optional
+        Names of the families for the legend.
+    bifurcations : bool, default True
+        Mark bifurcations.
 
-    Solid: elliptic (multipliers on the unit circle) or attracting, dashed: others. Between the points of a branch its
-    curve is a cubic spline in the arclength. T is the period in time of the whole orbit, for relative periodic orbits
-    that of the reduced motion.
+    Returns
+    -------
+    Artists
+        ``points`` are the solid and dashed curves, NaN elsewhere, ``lines`` the marks of bifurcations and ``labels``
+        the legend. ``missing`` is the number of points without a period. A click picks the point of a branch.
 
-    :Returns: Artists: points are the solid and dashed curves, NaN elsewhere; lines the marks of bifurcations, labels
-        the legend; `missing` counts points of branches without a period. A click picks the point of a branch.
-    :Source: Kerschen et al. 2009, Mech. Syst. Signal Process. 23, 170 (frequency-energy plots of nonlinear normal
-        modes).
+    Notes
+    -----
+    - Solid: stable, that is elliptic (multipliers on the unit circle) or attracting. Dashed: others.
+    - Curves are cubic splines in the arclength.
+    - T is the period of the whole orbit in time. For relative periodic orbits it is the period of the reduced motion.
+
+    References
+    ----------
+    Kerschen et al. 2009, Mech. Syst. Signal Process. 23, 170 (frequency-energy plots of nonlinear normal modes).
 
     Examples
     --------
@@ -170,12 +189,26 @@ def _mark(ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | No
 
 
 @figure
+@inserts_parameters
 def plot_bifurcation(
     bifurcation: Bifurcation, *, ax: Any = None, parameter: str = "energy", angular: bool = False
 ) -> Artists:
-    """Mark a bifurcation on a plot of frequency against energy, or the parameter that was followed.
+    """Mark a bifurcation on a plot of `plot_backbone`.
 
-    :Returns: Artists: points is the mark, of the shape that `plot_backbone` gives it.
+    Parameters
+    ----------
+    bifurcation : Bifurcation
+        Bifurcation of a `Branch`.
+    {ax}
+    parameter : str, default "energy"
+        Name of the parameter of the continuation.
+    angular : bool, default False
+        Use 2 pi/T in radians per unit time instead of 1/T in cycles per unit time.
+
+    Returns
+    -------
+    Artists
+        ``points`` is the mark, of the same shape as in `plot_backbone`.
 
     Examples
     --------

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..chaos.chaos_map import ChaosMap
 from ..chaos.chaotic_fraction import ChaoticFraction
+from ..core.docstrings import inserts_parameters
 from ..core.status import Status
 from ..sections.energy_grid import EnergyGrid
 from ..sections.energy_sample import EnergySample
@@ -31,6 +32,7 @@ CLASSIFICATIONS = ("regular", "undecided", "chaotic")
 
 
 @figure
+@inserts_parameters
 def plot_chaos_map(
     starts: EnergyGrid | EnergySample,
     chaos_map: ChaosMap,
@@ -44,14 +46,30 @@ def plot_chaos_map(
     size: float | None = None,
     colorbar: bool = True,
 ) -> Artists:
-    """Draw an indicator, or the classification, of orbits over the section where they started.
+    """Plot an indicator, or the classification, of orbits over their initial conditions.
 
-    :Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None
-        for the classification; boundary: of `edge`; norm, or vmin and vmax: the colour scale, by default
-        `threshold_scale` about the median of the thresholds; size: area of a point of a Sample in square points.
-    :Returns: Artists: points are the cells or dots, lines the boundary; `missing` counts the orbits without a value,
-        which are grey, and the legend says why. Cells that the energy does not reach stay white. A click picks the
-        orbit (`picked`).
+    Parameters
+    ----------
+    starts : EnergyGrid or EnergySample
+        Initial conditions of the orbits: cells of a grid or points of a sample.
+    chaos_map : ChaosMap
+        Indicators of the orbits.
+    {ax}
+    indicator : str, optional
+        Name in ``chaos_map.names``. Default: the classification.
+    boundary : Edge, optional
+        Boundary of the accessible region, from `edge`.
+    norm : matplotlib.colors.Normalize, optional
+        Colour scale. Default: a scale about the median of the thresholds.
+    {colour_range}
+    {dot_size}
+    {colorbar}
+
+    Returns
+    -------
+    Artists
+        ``points`` are the cells or dots, ``lines`` the boundary. ``missing`` is the number of orbits without a value,
+        which are grey; the legend has the reasons. Inaccessible cells stay white. A click picks the orbit.
 
     Examples
     --------
@@ -128,6 +146,7 @@ def _classification_bar(ax: Any, points: Any) -> Any:
 
 
 @figure
+@inserts_parameters
 def plot_chaotic_fraction(
     scan: ChaoticFraction,
     *,
@@ -137,13 +156,27 @@ def plot_chaotic_fraction(
     label: str | None = None,
     colorbar: bool = True,
 ) -> Artists:
-    """Draw the chaotic fraction against a parameter with its 95 % intervals, or as a map over two parameters.
+    """Plot the chaotic fraction against a parameter with 95 % intervals, or over two parameters.
 
-    :Parameters: scan: of `chaotic_fraction`; colour, marker, label: of the curve of one parameter; colorbar: beside a
-        map of two.
-    :Returns: Artists. Curve: points are the error bars, lines the pale band that undecided orbits leave open, and the
-        grey part where the energy allows no motion. Map: points are the cells; cases without orbits are hatched.
-        `missing` counts cases without a value.
+    Parameters
+    ----------
+    scan : ChaoticFraction
+        Result of `chaotic_fraction`.
+    {ax}
+    colour : str, optional
+        Colour of the curve of one parameter.
+    marker : str, default "o"
+        Marker of the curve.
+    label : str, optional
+        Label of the curve in the legend.
+    {colorbar}
+
+    Returns
+    -------
+    Artists
+        Curve: ``points`` are the error bars, ``lines`` the pale band of undecided orbits and the grey range in which
+        the energy allows no motion. Map: ``points`` are the cells; cases without orbits are hatched. ``missing`` is the
+        number of cases without a value.
 
     Examples
     --------
@@ -200,6 +233,7 @@ def _fraction_map(scan: ChaoticFraction, fraction: np.ndarray, ax: Any, colorbar
 
 
 @figure
+@inserts_parameters
 def plot_history(
     chaos_map: ChaosMap,
     indicator: str,
@@ -209,14 +243,31 @@ def plot_history(
     slopes: Sequence[float] = (),
     labels: bool = True,
 ) -> Artists:
-    """Draw the history of an indicator of orbits, with power laws for comparison.
+    """Plot the history of an indicator, with power laws for comparison.
 
-    :Parameters: chaos_map: with a history; indicator: a name in chaos_map.names; orbits: numbers of those drawn
-        (default: up to 40); slopes: exponents s of laws t^s, such as -2 (k - n) for GALI_k of regular orbits; labels:
-        write the exponents beside their lines.
-    :Returns: Artists: points are the curves, lines the laws. Time is logarithmic; indicators that are logarithms are
-        drawn as such, not far below the threshold (the dotted line). Regular orbits dark and solid, chaotic ones orange
-        and thin, undecided ones dotted; `missing` counts orbits of the choice without a record.
+    Parameters
+    ----------
+    chaos_map : ChaosMap
+        Result of `chaos_map` with a history.
+    indicator : str
+        Name in ``chaos_map.names``.
+    {ax}
+    orbits : sequence of int, optional
+        Numbers of the orbits to draw. Default: up to 40.
+    slopes : sequence of float, optional
+        Exponents s of laws t^s, for example -2 (k - n) for GALI_k of regular orbits.
+    labels : bool, default True
+        Write the exponents beside the laws.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the curves, ``lines`` the laws. ``missing`` is the number of chosen orbits without a record.
+
+    Notes
+    -----
+    - Time is logarithmic. Indicators that are logarithms are drawn as such, not far below the threshold (dotted line).
+    - Regular orbits are dark and solid, chaotic ones orange and thin, undecided ones dotted.
 
     Examples
     --------

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.classification import Classification
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import entries, reals
 from ..core.status import Status
 from ..frequencies.frequencies import FrequencyMap
@@ -28,6 +29,7 @@ FEW = 20
 
 
 @figure
+@inserts_parameters
 def plot_frequency_map(
     frequency_map: FrequencyMap | Tunes,
     *,
@@ -46,25 +48,45 @@ def plot_frequency_map(
     colorbar: bool = True,
     limits: tuple | None = None,
 ) -> Artists:
-    """Draw orbits in the plane of two frequencies, or ratios of frequencies, with resonance lines.
+    """Plot orbits in the plane of two frequencies or frequency ratios, with resonance lines.
 
-    :Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a
-        body, the first two rows to the third one for other flows of three coordinates or more, else the two rows;
-        frequencies: (n, orbits) those drawn, such as `freq.nu` or `freq.dominant`, by default as in `frequency`;
-        values: colours (orbits,), the name of a column of the map or a `Colouring` of another result of the same
-        orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in `plot_section`;
-        lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a
-        resonance k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios and ``|k1| +
-        |k2|`` of tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1),
-        by default of all orbits or, where a few or irregular ones lie far away, of the others; a note has the number
-        beyond.
+    Parameters
+    ----------
+    frequency_map : FrequencyMap or Tunes
+        Frequencies of the orbits.
+    {ax}
+    x, y : str, optional
+        Frequencies or ratios such as ``"beta/alpha"``. Default: for a body, second row and gamma to the first row; for
+        other flows of three or more coordinates, the first two rows to the third; else the two rows.
+    frequencies : array_like, shape (n, orbits), optional
+        Frequencies to draw, for example ``freq.nu`` or ``freq.dominant``. Default: the frequencies of `frequency`.
+    values : array_like, shape (orbits,), str or Colouring, optional
+        Colours: values, a column of the map, or a `Colouring` of another result of the same orbits. Default: the
+        diffusion of the map on its `diffusion_scale`.
+    lines : sequence of int, sequence of these, or str, optional
+        Integers (k1, k2, k0) of each line k1 X + k2 Y + k0 = 0. For ratios to one frequency it is a resonance k . nu =
+        0. The text ``"order<=5"`` draws all lines up to an order: ``|k1| + |k2| + |k0|`` for ratios, ``|k1| + |k2|``
+        for tunes and for frequencies in time, whose k0 is 0.
+    shown : array_like of bool, shape (orbits,), optional
+        Orbits to draw. Default: all.
+    {norm}
+    {colour_range}
+    {colour_label}
+    {dot_size}
+    {colorbar}
+    limits : tuple, optional
+        Limits (x0, x1), (y0, y1) of the axes. Default: the limits of all orbits, without a few or irregular orbits that
+        lie far away. A note has the number of orbits beyond.
 
-    A note has the number of regular orbits that are drawn by another basis, not by the dominant line of each
-    coordinate.
+    Returns
+    -------
+    Artists
+        ``missing`` is the number of orbits that are not ``OK`` or not shown. Vertical lines n X = m are labelled m:n
+        above the frame, others by their equation. A label without room is left out. A click picks the orbit.
 
-    :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
-        above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
-        picks the orbit (`picked`).
+    Notes
+    -----
+    A note has the number of regular orbits that are drawn in another basis than the dominant line of each coordinate.
 
     Examples
     --------
@@ -103,12 +125,24 @@ def plot_frequency_map(
 
 
 @figure
+@inserts_parameters
 def plot_tunes(tunes: Tunes, *, ax: Any = None, values: Any = None, **options: Any) -> Artists:
-    """Draw orbits in the plane of their tunes, modulo 1; with one plane, its tune from orbit to orbit.
+    """Plot orbits in the plane of their tunes, modulo 1, or the tune of one plane from orbit to orbit.
 
-    :Parameters: as `plot_frequency_map`, whose resonance lines k1 X + k2 Y + k0 = 0 are those of tunes too; values: by
-        default the diffusion.
-    :Returns: Artists.
+    Parameters
+    ----------
+    tunes : Tunes
+        Result of `tunes`.
+    {ax}
+    values : array_like, shape (orbits,), str or Colouring, optional
+        Colours. Default: the diffusion.
+    **options : Any
+        Other options of `plot_frequency_map`. Its resonance lines k1 X + k2 Y + k0 = 0 are resonances of tunes.
+
+    Returns
+    -------
+    Artists
+        ``missing`` is the number of orbits that are not ``OK`` or not shown. A click picks the orbit.
 
     Examples
     --------

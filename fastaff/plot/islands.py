@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.status import Status
 from ..sections.islands import Islands, Rotation
 from .picking import carry
@@ -14,11 +15,24 @@ from .style import DARK, LINES, PLATE, Artists, figure, nothing
 
 
 @figure
+@inserts_parameters
 def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str = "orbit") -> Artists:
-    """Draw rotation numbers with their errors against a number of each orbit.
+    """Plot rotation numbers with their errors against a number of each orbit.
 
-    :Parameters: x (orbits,): such as where the orbits start on a line, by default their numbers; label: of that axis.
-    :Returns: Artists: points are the dots with bars; `missing` counts orbits without a rotation number.
+    Parameters
+    ----------
+    result : Rotation
+        Result of `rotation_number`.
+    x : array_like, shape (orbits,), optional
+        Abscissa, for example the place of the initial conditions on a line. Default: the number of the orbit.
+    {ax}
+    label : str, default "orbit"
+        Label of the abscissa.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the dots with error bars. ``missing`` is the number of orbits without a rotation number.
 
     Examples
     --------
@@ -43,12 +57,24 @@ def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str
 
 
 @figure
+@inserts_parameters
 def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Artists:
-    """Draw the chains of islands on a section: the middle of each island, its size as an ellipse, and p/q beside the
-    first of each chain.
+    """Plot chains of islands on a section, with the size of each island and the rotation numbers.
 
-    :Returns: Artists: points are the middles, lines the ellipses, labels the rotation numbers; `missing` counts orbits
-        of no chain. A click picks orbit and island. Over a section the axes keep their names.
+    Parameters
+    ----------
+    result : Islands
+        Result of `islands`.
+    {ax}
+    labels : bool, default True
+        Write the rotation number p/q beside the first island of each chain.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the centres of the islands, ``lines`` the ellipses of their sizes and ``labels`` the rotation
+        numbers. ``missing`` is the number of orbits of no chain. A click picks orbit and island. Axes of a section keep
+        their labels.
 
     Examples
     --------

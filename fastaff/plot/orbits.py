@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.status import Status
 from ..runs.coordinates import chart_row
 from ..runs.integrate import Orbits
@@ -20,15 +21,28 @@ MOST = 40
 
 
 @figure
+@inserts_parameters
 def plot_orbits(
     result: Orbits, *, ax: Any = None, x: str | None = None, y: str | None = None, orbits: Any = None
 ) -> Artists:
-    """Draw the samples of orbits as curves of two coordinates, or of one against time; without samples their ends.
+    """Plot the samples of orbits in two coordinates, or in one against time.
 
-    :Parameters: x, y: names of coordinates or momenta, for a body those of any chart, x also "time"; by default the
-        first two coordinates, for a body alpha and beta; orbits: numbers of those drawn (default: up to 40). Curves of
-        orbits that failed are grey. A periodic angle that an orbit winds around is drawn within half a period around 0.
-    :Returns: Artists: points are the curves; `missing` counts orbits not drawn. A click picks orbit and sample.
+    Parameters
+    ----------
+    result : Orbits
+        Result of `integrate`. Without samples, the ends of the orbits are drawn.
+    {ax}
+    x, y : str, optional
+        Coordinates or momenta, for a body of any chart; `x` may be ``"time"``. Default: the first two coordinates, and
+        alpha and beta for a body. A periodic coordinate that rotates is drawn within half a period around 0.
+    orbits : sequence of int, optional
+        Numbers of the orbits to draw. Default: up to 40.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the curves; curves of failed orbits are grey. ``missing`` is the number of orbits not drawn. A
+        click picks orbit and sample.
 
     Examples
     --------
@@ -87,11 +101,21 @@ def _row(result: Orbits, states: np.ndarray, name: str) -> np.ndarray:
 
 
 @figure
+@inserts_parameters
 def plot_tangent_map(result: TangentMap, *, ax: Any = None) -> Artists:
-    """Draw the lengths of the tangent vectors of each orbit.
+    """Plot the lengths of the deviation vectors of each orbit.
 
-    :Returns: Artists: points are the dots of each vector, log10 of its length against the number of the orbit;
-        `missing` counts orbits that are not OK. A click picks the orbit.
+    Parameters
+    ----------
+    result : TangentMap
+        Result of `tangent_map`.
+    {ax}
+
+    Returns
+    -------
+    Artists
+        ``points`` are the dots of each vector: log10 of its length against the number of the orbit. ``missing`` is the
+        number of orbits that are not ``OK``. A click picks the orbit.
 
     Examples
     --------

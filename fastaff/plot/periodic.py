@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.status import Status
 from ..periodic.found_orbits import PeriodicOrbits, Stability
 from ..runs.coordinates import in_chart
@@ -31,6 +32,7 @@ STYLES = {
 
 
 @figure
+@inserts_parameters
 def plot_periodic(
     orbits: PeriodicOrbits,
     *,
@@ -42,20 +44,44 @@ def plot_periodic(
     legend: bool = True,
     fontsize: float = 8.0,
 ) -> Artists:
-    """Mark the crossings of periodic orbits on the axis of a section and label each orbit once with its crossings
-    and residue.
+    """Plot the crossings of periodic orbits on a section, labelled by their number and residue.
 
-    :Parameters: orbits: PeriodicOrbits; those not OK are not drawn; x, y: names of coordinates or momenta (of the
-        chart, for a body), by default those free on the section; labels: write "crossings: residue" beside the crossing
-        with most room; legend: name the marks; fontsize in points.
-    :Returns: Artists: points are the lines of marks, one for each kind; `missing` counts orbits not drawn. A click
-        picks orbit and crossing.
-    :Raises: ValueError for unknown names.
+    Parameters
+    ----------
+    orbits : PeriodicOrbits
+        Periodic orbits. Those that are not ``OK`` are not drawn.
+    {ax}
+    x, y : str, optional
+        Coordinates or momenta, for a body of the chart. Default: those free on the section.
+    chart : Chart, default ALPHA_BETA
+        Coordinates of a body.
+    labels : bool, default True
+        Write "crossings: residue" beside the crossing with most room. Set the limits of the axes before, so that labels
+        find room.
+    legend : bool, default True
+        Name the marks.
+    fontsize : float, default 8
+        Size of the labels in points.
 
-    Filled circle: elliptic, square: parabolic, cross: hyperbolic, diamond: inverse hyperbolic (with reflection), plus:
-    complex. Set the limits of the axis before, so that labels find their room.
+    Returns
+    -------
+    Artists
+        ``points`` are the marks, one artist for each kind of stability. ``missing`` is the number of orbits not drawn.
+        A click picks orbit and crossing.
 
-    :Source: Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
+    Raises
+    ------
+    ValueError
+        If a name is unknown.
+
+    Notes
+    -----
+    Filled circle: elliptic. Square: parabolic. Cross: hyperbolic. Diamond: inverse hyperbolic (with reflection). Plus:
+    complex.
+
+    References
+    ----------
+    Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
 
     Examples
     --------

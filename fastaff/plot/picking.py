@@ -14,8 +14,16 @@ REACH = 5.0
 
 
 class Picked(NamedTuple):
-    """Artist, orbit and crossing picked: the number of the orbit in its result, the number of its crossing (None where
-    the artist has one mark for each orbit), and the coordinates x, y on the axes.
+    """Orbit and crossing under a click on a figure.
+
+    Attributes
+    ----------
+    orbit : int
+        Number of the orbit in its result.
+    crossing : int, optional
+        Number of its crossing, None if the artist has one mark for each orbit.
+    x, y : float
+        Coordinates on the axes.
     """
 
     orbit: int
@@ -25,7 +33,17 @@ class Picked(NamedTuple):
 
 
 def picked(event: Any) -> Picked | None:
-    """Return the orbit of a pick event of Matplotlib; None for artists that are not ours.
+    """Return the orbit of a pick event of Matplotlib.
+
+    Parameters
+    ----------
+    event : matplotlib.backend_bases.PickEvent
+        Event of a figure.
+
+    Returns
+    -------
+    Picked
+        The orbit, None if the artist is not one of ``fastaff.plot``.
 
     Examples
     --------

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import shown
 from ..quantum.spectra.level_diagram import Curve, LevelDiagram
 from ..quantum.states.level_table import VIBRATION, LevelTable
@@ -40,6 +41,7 @@ def quantum_label(name: str) -> str:
 
 
 @figure
+@inserts_parameters
 def plot_levels(
     diagram: LevelDiagram,
     *,
@@ -49,15 +51,32 @@ def plot_levels(
     numbers: bool = True,
     marker: str | None = None,
 ) -> Artists:
-    """Draw levels against a parameter, or against m or l, as curves, so that their crossings are seen.
+    """Plot levels against a parameter, or against m or l, as curves with their crossings.
 
-    :Parameters: diagram: of `level_diagram` or `class_diagram`; unit: divisor of E, one number or (points,), such as
-        hbar omega, which ylabel then states; numbers: write the quantum numbers of the curves at their right ends;
-        marker: of the points, by default dots where they are whole numbers. Curves of one class that separates are
-        coloured by its second quantum number, several classes by their own.
-    :Returns: Artists: points are the curves, lines the grey part above the highest level computed (of the class where
-        it is lowest), where curves would be missing, labels the quantum numbers written; `missing` counts curves that
-        are all in that part.
+    Parameters
+    ----------
+    diagram : LevelDiagram
+        Result of `level_diagram` or `class_diagram`.
+    {ax}
+    unit : float or array_like, shape (points,), default 1
+        Divisor of the energies, for example hbar omega. State it in `ylabel`.
+    ylabel : str, optional
+        Label of the ordinate. Default: the energy.
+    numbers : bool, default True
+        Write the quantum numbers at the right ends of the curves.
+    marker : str, optional
+        Marker of the points. Default: dots if the abscissa has integers only.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the curves, ``labels`` the quantum numbers. ``lines`` is the grey region above the highest level
+        computed, of the class with the lowest of these, in which curves would be missing. ``missing`` is the number of
+        curves entirely in that region.
+
+    Notes
+    -----
+    Curves of one class of a separable body are coloured by the second quantum number, several classes by class.
 
     Examples
     --------
@@ -159,14 +178,29 @@ def _beside(ax: Any, x: float, y: float, text: str, **style: Any) -> Any:
 
 
 @figure
+@inserts_parameters
 def plot_spectrum(
     levels: LevelTable, *, ax: Any = None, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
 ) -> Artists:
-    """Draw the levels of many classes as short lines over their spin m, coloured by ``|l|``; those of a vibration,
-    which has neither, are lines alone.
+    """Plot the levels of many symmetry classes as short lines over their spin m.
 
-    :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which ylabel then states.
-    :Returns: Artists: points are the lines, wider for smaller ``|l|`` so that none is hidden; `missing` is 0.
+    Parameters
+    ----------
+    levels : LevelTable
+        Levels of `all_levels` or `level_list`. Levels of a vibration, which has no spin, are drawn as lines alone.
+    {ax}
+    unit : float, default 1
+        Divisor of the energies, for example hbar omega. State it in the label of the axis.
+    ylabel : str, optional
+        Label of the ordinate. Default: the energy.
+    colorbar : bool, default True
+        Draw a colour bar of ``|l|``.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the lines, coloured by ``|l|`` and wider for smaller ``|l|`` so that none is hidden. ``missing``
+        is 0.
 
     Examples
     --------
@@ -206,11 +240,24 @@ def plot_spectrum(
 
 
 @figure
+@inserts_parameters
 def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
-    """Draw the number of levels of each multiplet against its energy.
+    """Plot the number of levels of each multiplet against its energy.
 
-    :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which xlabel then states.
-    :Returns: Artists: points are the dots, lines their stems; `missing` is 0.
+    Parameters
+    ----------
+    levels : LevelTable
+        Levels of `all_levels` or `level_list`.
+    {ax}
+    unit : float, default 1
+        Divisor of the energies, for example hbar omega. State it in the label of the axis.
+    xlabel : str, optional
+        Label of the abscissa. Default: the energy.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the dots, ``lines`` their stems. ``missing`` is 0.
 
     Examples
     --------
@@ -230,6 +277,7 @@ def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, 
 
 
 @figure
+@inserts_parameters
 def plot_density(
     state: State | VibrationState,
     *,
@@ -241,18 +289,41 @@ def plot_density(
     norm: Any = None,
     colorbar: bool = True,
 ) -> Artists:
-    """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary
-    det phi = 0; for a vibration the density of its two coordinates, without chart.
+    """Plot the probability density of a state over two deformation invariants or coordinates.
 
-    :Parameters: state: such as `wavefunction` and `LevelTable.state` return; model: its Body, for the classical turning
-        curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E, for a vibration V = E; chart: ALPHA_BETA, R_VARTHETA or
-        TWO_POLAR (default: the state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the
-        probability at either end, with the allowed region of the body if it is bounded; points: along each axis; norm:
-        a colour scale.
-    :Returns: Artists: points are the image, lines the turning curve (white, where there is a body) and det phi = 0
-        (dashed, where it passes through the frame), `missing` is 0. The density is per unit of both coordinates: its
-        integral is 1.
-    :Raises: ValueError for a chart that it does not take.
+    Parameters
+    ----------
+    state : State or VibrationState
+        State of `wavefunction` or ``LevelTable.state``. A vibration is drawn over its two coordinates.
+    {ax}
+    model : model, optional
+        Model of the state, to draw the classical turning curve: V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E for a
+        body, V = E for a vibration.
+    chart : Chart, optional
+        Coordinates of a body: `ALPHA_BETA`, `R_VARTHETA` or `TWO_POLAR`. Default: the chart of the state. Not supported
+        for vibrations.
+    limits : tuple, optional
+        Limits (x0, x1), (y0, y1) of the axes. Default: all but a thousandth of the probability at either end, with the
+        accessible region of the body if it is bounded.
+    points : int, default 241
+        Number of points along each axis.
+    {norm}
+    {colorbar}
+
+    Returns
+    -------
+    Artists
+        ``points`` is the image. ``lines`` are the turning curve (white) and the boundary det phi = 0 (dashed, if it is
+        in the frame). ``missing`` is 0.
+
+    Raises
+    ------
+    ValueError
+        If the chart is not supported.
+
+    Notes
+    -----
+    The density is per unit of both coordinates. Its integral is 1.
 
     Examples
     --------

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import checked
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import entries, positive, shown, whole
 from ..periodic.found_orbits import PeriodicOrbits
 from ..sections.energy_grid import EnergyGrid
@@ -31,6 +32,7 @@ LAWS = ((ACCENT, "-"), (DARK, "--"), ("0.25", (0, (1, 1.2))), ("#7a8fb8", "-."))
 
 
 @figure
+@inserts_parameters
 def plot_husimi(
     grid: EnergyGrid,
     values: ArrayLike,
@@ -43,15 +45,32 @@ def plot_husimi(
     orbits: PeriodicOrbits | None = None,
     colorbar: bool = True,
 ) -> Artists:
-    """Draw a Husimi function over a section, with crossings of classical orbits of the same energy as dots, and with
-    periodic orbits, whose scars it may have.
+    """Plot a Husimi function over a section, with classical crossings and periodic orbits.
 
-    :Parameters: grid: of `energy_grid`; values (orbits,): the Husimi function at grid.z0; section_map: a SectionMap of
-        orbits on the same section; boundary: of `edge`; peak: the value of the darkest colour, the largest by default;
-        size: area of a dot in square points; orbits: PeriodicOrbits on the same section, marked by their stability.
-        White is 0, and cells that the energy does not reach.
-    :Returns: Artists: points are the cells, lines the dots, the boundary and the marks; `missing` counts values that
-        are not finite. A click picks the orbit of a cell.
+    Parameters
+    ----------
+    grid : EnergyGrid
+        Grid of `energy_grid`.
+    values : array_like, shape (orbits,)
+        Husimi function at ``grid.z0``.
+    {ax}
+    section_map : SectionMap, optional
+        Crossings of orbits of the same energy on the same section, drawn as dots.
+    boundary : Edge, optional
+        Boundary of the accessible region, from `edge`.
+    peak : float, optional
+        Value of the darkest colour. Default: the largest value.
+    size : float, default 0.5
+        Area of a dot in square points.
+    orbits : PeriodicOrbits, optional
+        Periodic orbits on the same section, marked by their stability. The function may be scarred by them.
+    {colorbar}
+
+    Returns
+    -------
+    Artists
+        ``points`` are the cells, ``lines`` the dots, the boundary and the marks. ``missing`` is the number of values
+        that are not finite. White is 0 or inaccessible. A click picks the orbit of a cell.
 
     Examples
     --------
@@ -98,6 +117,7 @@ def plot_husimi(
 
 
 @figure
+@inserts_parameters
 def plot_spacings(
     spacings: ArrayLike,
     laws: Mapping[str, Any] | Sequence[Any],
@@ -108,12 +128,29 @@ def plot_spacings(
     colour: Any = "0.82",
     label: str | None = None,
 ) -> Artists:
-    """Draw a histogram of unfolded spacings, as a density, with laws for comparison.
+    """Plot a histogram of unfolded spacings, as a density, with laws for comparison.
 
-    :Parameters: spacings (n,), mean about 1; laws: label to SpacingLaw, such as {"Poisson": BerryRobnik(0.0)}, or laws
-        alone, which are their own labels, drawn in this order; bins, top: of the histogram, from 0 to top; colour,
-        label: of the histogram.
-    :Returns: Artists: points are the bars, lines the laws; `missing` counts spacings beyond `top`, which are part of
+    Parameters
+    ----------
+    spacings : array_like, shape (n,)
+        Spacings with a mean of about 1.
+    laws : dict or sequence
+        Laws by label, for example ``{"Poisson": BerryRobnik(0.0)}``, or laws alone, which are their own labels. They
+        are drawn in this order.
+    {ax}
+    bins : int, default 20
+        Number of bins from 0 to `top`.
+    top : float, default 3.5
+        Largest spacing of the histogram.
+    colour : str, optional
+        Colour of the histogram.
+    label : str, optional
+        Label of the histogram.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the bars, ``lines`` the laws. ``missing`` is the number of spacings beyond `top`, which count in
         the norm.
 
     Examples

@@ -28,13 +28,24 @@ def frequencies_of(found: Any, chosen: Any = None) -> np.ndarray:
 
 
 def frequency(frequency_map: Any, name: str, frequencies: Any = None) -> np.ndarray:
-    """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
-    "beta/alpha"; NaN of orbits that have none.
+    """Return one frequency of the orbits of a map, or a ratio of two.
 
-    :Parameters: frequencies: (n, orbits) those of the coordinates, such as `freq.nu` or `freq.dominant`. By default the
-        dominant line of each coordinate, as the order of independent frequencies changes from orbit to orbit; `nu`
-        where that is a harmonic of another coordinate's own line and farther than a quarter from `nu` (the line 2 nu_z
-        of a star's R), as well as for maps and bodies.
+    Parameters
+    ----------
+    frequency_map : FrequencyMap or Tunes
+        Frequencies of orbits.
+    name : str
+        Name of a row, ``"eta"`` or ``"gamma"``, or a ratio such as ``"beta/alpha"``.
+    frequencies : array_like, shape (n, orbits), optional
+        Frequencies of the coordinates, for example ``freq.nu`` or ``freq.dominant``. Default: the dominant line of each
+        coordinate, because the order of independent frequencies changes from orbit to orbit. ``nu`` is used for maps
+        and bodies. It is also used if the dominant line is a harmonic farther than a quarter from ``nu``. An example is
+        the line 2 nu_z of a star's R.
+
+    Returns
+    -------
+    ndarray, shape (orbits,)
+        Values, NaN for orbits without one.
 
     Examples
     --------
@@ -55,8 +66,19 @@ def frequency(frequency_map: Any, name: str, frequencies: Any = None) -> np.ndar
 
 
 def resonances_between(low: float, high: float, max_order: int) -> list[tuple[int, int, int]]:
-    """Return the resonances m : n with low < m/n < high as lines (n, 0, -m) of a frequency map, of order m + n at
-    most.
+    """Return the resonances m : n in a range of frequency ratios.
+
+    Parameters
+    ----------
+    low, high : float
+        Range low < m/n < high.
+    max_order : int
+        Largest order m + n.
+
+    Returns
+    -------
+    list of tuple of int
+        Lines (n, 0, -m) for `plot_frequency_map`.
 
     Examples
     --------
@@ -117,8 +139,25 @@ def lines_of(
 
 
 def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, tolerance: float, shown: Any = True) -> int:
-    """Count the orbits, of those shown, with ``|k1 X + k2 Y + k0|`` < tolerance for the line (k1, k2, k0) of a map's
-    plane.
+    """Count the orbits close to a resonance line.
+
+    Parameters
+    ----------
+    frequency_map : FrequencyMap or Tunes
+        Frequencies of orbits.
+    line : sequence of int
+        Integers (k1, k2, k0) of the line k1 X + k2 Y + k0 = 0.
+    x, y : str
+        Names of the frequencies or ratios X and Y, as in `frequency`.
+    tolerance : float
+        Bound of ``|k1 X + k2 Y + k0|``.
+    shown : array_like of bool, shape (orbits,), default True
+        Orbits to count.
+
+    Returns
+    -------
+    int
+        Number of orbits.
 
     Examples
     --------

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..frequencies.own_lines import TURN
 from ..frequencies.resonance_web import ResonanceLine
 from ..frequencies.resonances import DiffusionHistogram, Resonances
@@ -46,6 +47,7 @@ def formula(vector: Sequence[int], names: Sequence[str]) -> str:
 
 
 @figure
+@inserts_parameters
 def plot_web(
     lines: Sequence[ResonanceLine],
     *,
@@ -55,14 +57,28 @@ def plot_web(
     labels: int = 8,
     dots: bool = True,
 ) -> Artists:
-    """Draw the lines of a web over a grid, those of low order thicker, and name the longest, none over another.
+    """Plot the resonance lines of a web over a grid, lines of low order thicker.
 
-    :Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies (default:
-        those that the lines know, else their numbers); axes: of the grid (default: those of the lines); labels: the
-        number of named resonances; dots: mark the grid points of `locked`, for resonances that do not hold everywhere,
-        those without a line by symbols of their own.
-    :Returns: Artists: points are the dots, or None; missing is 0. A legend above the frame says what dots and symbols
-        are, and which lines have no room for their names.
+    Parameters
+    ----------
+    lines : sequence of ResonanceLine
+        Lines of `resonance_web`. They are drawn white with a dark casing.
+    {ax}
+    names : sequence of str, optional
+        Names of the frequencies. Default: the names that the lines have, else numbers.
+    axes : sequence of array_like or EnergyGrid, optional
+        Axes of the grid. Default: the axes of the lines.
+    labels : int, default 8
+        Number of resonances to label, the longest lines first.
+    dots : bool, default True
+        Mark the grid points that are trapped in a resonance, for resonances that do not hold everywhere. Resonances
+        without a line have symbols of their own.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the dots, or None. ``missing`` is 0. A legend above the frame explains dots and symbols, and
+        lists lines without room for a label.
 
     Examples
     --------
@@ -106,6 +122,7 @@ def plot_web(
 
 
 @figure
+@inserts_parameters
 def plot_ratio_web(
     lines: Sequence[ResonanceLine],
     *,
@@ -117,12 +134,29 @@ def plot_ratio_web(
     label: str = DIFFUSION,
     labels: int = 8,
 ) -> Artists:
-    """Draw the lines of a web in the plane (nu1/nu3, nu2/nu3), over the orbits of a map coloured by a value of each.
+    """Plot the resonance lines of a web in the plane of two frequency ratios, over the orbits of a map.
 
-    :Parameters: lines: of `fastaff.frequencies.ratio_web`; names: of the three frequencies; nu (3, ...): those of
-        orbits, or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels:
-        the number of named lines.
-    :Returns: Artists; `missing` counts orbits that are not finite.
+    Parameters
+    ----------
+    lines : sequence of ResonanceLine
+        Lines of `ratio_web`.
+    {ax}
+    names : sequence of str
+        Names of the three frequencies.
+    nu : array_like, shape (3, ...), optional
+        Frequencies of orbits, drawn at (nu1/nu3, nu2/nu3).
+    values : array_like, optional
+        Value of each orbit, of the shape of a row of `nu`, for example the diffusion. Default: one colour.
+    {norm}
+    label : str, optional
+        Label of the colour bar. Default: the diffusion.
+    labels : int, default 8
+        Number of lines to label.
+
+    Returns
+    -------
+    Artists
+        ``missing`` is the number of orbits that are not finite.
 
     Examples
     --------
@@ -158,10 +192,23 @@ def plot_ratio_web(
 
 
 @figure
+@inserts_parameters
 def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, label: str = DIFFUSION) -> Artists:
-    """Draw a histogram of diffusion, the part above its threshold in a second colour and with its fraction written.
+    """Plot a histogram of frequency diffusion, with the fraction above its threshold.
 
-    :Returns: Artists: points are the bars, lines the threshold, labels the text; `missing` as in the histogram.
+    Parameters
+    ----------
+    histogram : DiffusionHistogram
+        Result of `diffusion_histogram`.
+    {ax}
+    label : str, optional
+        Label of the abscissa. Default: the diffusion.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the bars, those above the threshold in a second colour, ``lines`` the threshold and ``labels``
+        the fraction. ``missing`` is the number of the histogram.
 
     Examples
     --------
@@ -248,11 +295,23 @@ def _named(
 
 
 @figure
+@inserts_parameters
 def plot_resonances(resonances: Resonances, *, ax: Any = None, most: int = 12) -> Artists:
-    """Draw the number of orbits of each resonance module, the frequent ones on top.
+    """Plot the number of orbits of each resonance module, the frequent ones on top.
 
-    :Parameters: most: modules drawn.
-    :Returns: Artists: points are the bars, labels the numbers beside them; `missing` counts orbits that are not OK.
+    Parameters
+    ----------
+    resonances : Resonances
+        Result of `resonances`.
+    {ax}
+    most : int, default 12
+        Number of modules to draw.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the bars, ``labels`` the numbers beside them. ``missing`` is the number of orbits that are not
+        ``OK``.
 
     Examples
     --------

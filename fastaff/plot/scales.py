@@ -17,6 +17,7 @@ from ..chaos.chaos_map import ChaosMap
 from ..chaos.indicator import IndicatorStyle
 from ..chaos.indicators import GALI, INDICATORS
 from ..chaos.pass_indicators import TOLD
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import an_array, numbers, real
 from ..core.status import Status
 from ..frequencies.frequencies import FrequencyMap
@@ -40,8 +41,22 @@ LABELS = {
 
 
 class Colouring(NamedTuple):
-    """Values of orbits (orbits,) as colours: the values, their label, the scale, its threshold, the name of the column,
-    and whether chaos is below the threshold.
+    """Colours of orbits by a value of each.
+
+    Attributes
+    ----------
+    values : ndarray, shape (orbits,)
+        Values.
+    label : str
+        Label of the colour bar.
+    norm : matplotlib.colors.Normalize
+        Colour scale.
+    threshold : float, optional
+        Threshold of chaos.
+    name : str
+        Name of the column.
+    falling : bool
+        Whether chaos is below the threshold.
     """
 
     values: np.ndarray
@@ -133,8 +148,17 @@ def diffusion_threshold(time: float) -> float:
 
 
 def diffusion_scale(time: float) -> Any:
-    """Return the colour scale of the diffusion over a time: eight decades below the threshold of chaos and two above
-    it, whatever the data.
+    """Return the colour scale of the frequency diffusion, which does not depend on the data.
+
+    Parameters
+    ----------
+    time : float
+        Length of the run, in units of time.
+
+    Returns
+    -------
+    matplotlib.colors.Normalize
+        Scale of eight decades below the threshold of chaos and two above it.
 
     Examples
     --------
@@ -160,8 +184,17 @@ def scale_of(name: str, values: Any, threshold: float | None, known: Any = None)
 
 
 def clipped(values: Any) -> Any:
-    """Return a colour scale from the 5th to the 95th percentile of the finite values, rounded outwards to halves where
-    they span more than that.
+    """Return a colour scale from the 5th to the 95th percentile of the finite values.
+
+    Parameters
+    ----------
+    values : array_like
+        Values. If the percentiles span more than 1/2, they are rounded outwards to multiples of 1/2.
+
+    Returns
+    -------
+    matplotlib.colors.Normalize
+        The scale.
 
     Examples
     --------
@@ -205,15 +238,30 @@ def limited(norm: Any, vmin: float | None = None, vmax: float | None = None) -> 
     )
 
 
+@inserts_parameters
 def colouring(result: Any, name: str | None = None, *, vmin: float | None = None, vmax: float | None = None) -> Any:
-    """Return the colours of a result's orbits by one of its columns.
+    """Return colours of the orbits of a result by one of its columns.
 
-    :Parameters: result: a ChaosMap, whose indicators have scales with their thresholds; a FrequencyMap, whose
-        `diffusion` has one too, and whose ratios of frequencies, "beta/alpha", are columns; any other result; name: of
-        the column (orbits,), by default the first indicator, or the diffusion; vmin, vmax: ends of the scale.
-    :Returns: Colouring, which `plot_section`, `plot_diffusion_grid` and others take as `values`; orbits that are not OK
-        have no value.
-    :Raises: ValueError naming the columns.
+    Parameters
+    ----------
+    result : Result
+        A `ChaosMap` or a `FrequencyMap`, whose indicators and diffusion have scales with thresholds, or any other
+        result.
+    name : str, optional
+        Column of shape (orbits,). For a frequency map also a ratio of frequencies, for example ``"beta/alpha"``.
+        Default: the first indicator, or the diffusion.
+    {colour_range}
+
+    Returns
+    -------
+    Colouring
+        Colours for the argument ``values`` of `plot_section`, `plot_diffusion_grid` and others. Orbits that are not
+        ``OK`` have no value.
+
+    Raises
+    ------
+    ValueError
+        If the result has no such column. The message names the columns.
 
     Examples
     --------

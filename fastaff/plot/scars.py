@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.status import Status
 from ..periodic.found_orbits import PeriodicOrbits
 from ..runs.integrate import integrate
@@ -44,6 +45,7 @@ def traced(model: SeparableModel, orbits: PeriodicOrbits, points: int = 400) -> 
 
 
 @figure
+@inserts_parameters
 def plot_scars(
     orbits: PeriodicOrbits,
     model: SeparableModel,
@@ -52,16 +54,40 @@ def plot_scars(
     chart: Chart | None = None,
     points: int = 400,
 ) -> Artists:
-    """Draw periodic orbits as curves of the first two coordinates, over the density of a state that axes already show.
+    """Plot periodic orbits as curves of two coordinates, over the density of a state.
 
-    :Parameters: orbits; model: that of the orbits, such as `reduced_body(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
-        TWO_POLAR, that of `plot_density`, for bodies (default: ALPHA_BETA); points: along each. Solid: stable, dashed:
-        unstable, white with a dark casing. alpha and beta are drawn positive. The limits of axes with something on them
-        stay.
-    :Returns: Artists: points are the curves; `missing` counts orbits that are not OK.
-    :Raises: ValueError for a chart that it does not take, or that is not that of the axes.
-    :Cost: one integration of each orbit over its period.
-    :Source: Heller 1984, Phys. Rev. Lett. 53, 1515 (scars).
+    Parameters
+    ----------
+    orbits : PeriodicOrbits
+        Periodic orbits.
+    model : model
+        Model of the orbits, for example `reduced_body`.
+    {ax}
+    chart : Chart, optional
+        Coordinates of a body: `ALPHA_BETA`, `R_VARTHETA` or `TWO_POLAR`, the same as in `plot_density`. Default:
+        `ALPHA_BETA`.
+    points : int, default 400
+        Number of points along each orbit.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the curves, white with a dark casing: solid if stable, dashed if unstable. ``missing`` is the
+        number of orbits that are not ``OK``.
+
+    Raises
+    ------
+    ValueError
+        If the chart is not supported or is not the chart of the axes.
+
+    Notes
+    -----
+    - alpha and beta are drawn positive. Axes with something on them keep their limits.
+    - Cost: one integration of each orbit over its period.
+
+    References
+    ----------
+    Heller 1984, Phys. Rev. Lett. 53, 1515 (scars).
 
     Examples
     --------

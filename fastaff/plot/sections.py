@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.status import Status
 from ..runs.coordinates import chart_row
 from ..runs.requirements import checked_chart, current_system
@@ -29,6 +30,7 @@ SAME = 1e-8
 
 
 @figure
+@inserts_parameters
 def plot_section(
     section_map: SectionMap,
     *,
@@ -47,20 +49,42 @@ def plot_section(
     density: bool | None = None,
     colorbar: bool = True,
 ) -> Artists:
-    """Draw the crossings of a SectionMap in two coordinates, coloured by a value of each orbit.
+    """Plot the crossings of a Poincaré map in two coordinates, coloured by a value of each orbit.
 
-    :Parameters: values: (orbits,), a `Colouring` of another result of the same orbits, such as `colouring(chaos_map,
-        "sali")`, the name of a column of the map such as "energy_error", or None for one dark colour; x, y: names of
-        coordinates of the chart or momenta (`p_beta`), of a plane system its own; by default those free on the section;
-        boundary: True for the edge of the region that the energy of the orbits allows, or one of `edge`; starts: of the
-        orbits, to mark those that never crossed; norm, or vmin and vmax: the colour scale; label: of the colour bar;
-        size: area of a point in square points; density: an image of the number of crossings in each pixel, or of the
-        mean of their values (default: above 300 000 crossings).
+    Parameters
+    ----------
+    section_map : SectionMap
+        Result of `poincare_map`.
+    {ax}
+    values : array_like, shape (orbits,), str or Colouring, optional
+        Colours: values, a column of the map such as ``"energy_error"``, or a `Colouring` of another result of the same
+        orbits, for example ``colouring(chaos_map, "sali")``. Default: one dark colour.
+    x, y : str, optional
+        Coordinates or momenta (``p_beta``), for a body of the chart. Default: those free on the section.
+    chart : Chart, default ALPHA_BETA
+        Coordinates of a body.
+    boundary : Edge or bool, optional
+        Boundary of the accessible region, from `edge`, or True to compute it at the energy of the orbits.
+    starts : EnergyGrid or EnergySample, optional
+        Initial conditions of the orbits, to mark those that never crossed.
+    {norm}
+    {colour_range}
+    {colour_label}
+    {dot_size}
+    density : bool, optional
+        Draw an image of the number of crossings in each pixel, or of the mean of their values. Default: above 300 000
+        crossings.
+    {colorbar}
 
-    Orbits without a value, and those that failed or escaped, are grey; the legend has their number.
+    Returns
+    -------
+    Artists
+        ``missing`` is the number of orbits that are not drawn. Orbits without a value and those that failed or escaped
+        are grey; the legend has their number. A click picks orbit and crossing.
 
-    :Returns: Artists; `missing` counts orbits that are not drawn. A click picks orbit and crossing (`picked`).
-    :Cost: an image takes about 0.1 us a crossing.
+    Notes
+    -----
+    Cost: an image takes about 0.1 microseconds per crossing.
 
     Examples
     --------
@@ -291,10 +315,20 @@ def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
 
 
 @figure
+@inserts_parameters
 def plot_edge(boundary: Edge, *, ax: Any = None) -> Artists:
-    """Draw the boundary of the part of a section that an energy reaches.
+    """Plot the boundary of the accessible part of a section.
 
-    :Returns: Artists: points is the curve.
+    Parameters
+    ----------
+    boundary : Edge
+        Boundary of `edge`.
+    {ax}
+
+    Returns
+    -------
+    Artists
+        ``points`` is the curve.
 
     Examples
     --------

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import shown
 from ..results.result import Result
 from ..sections.energy_grid import EnergyGrid
@@ -67,6 +68,7 @@ def cut_sides(ax: Any, grid: EnergyGrid | EnergySample) -> tuple[Any, ...]:
 
 
 @figure
+@inserts_parameters
 def plot_diffusion_grid(
     grid: EnergyGrid,
     values: Any,
@@ -78,13 +80,26 @@ def plot_diffusion_grid(
     label: str | None = None,
     colorbar: bool = True,
 ) -> Artists:
-    """Draw values of the orbits of an EnergyGrid as an image over its two coordinates.
+    """Plot values of the orbits of a grid as an image over its two coordinates.
 
-    :Parameters: values: (orbits,), such as a map's diffusion, or a `Colouring`, or a result of the grid's orbits, with
-        the values, scale and label of its own figure; norm, vmin, vmax, label, colorbar as in
-        `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey, as
-        the title says.
-    :Returns: Artists; `missing` counts those. A click picks the orbit of a cell.
+    Parameters
+    ----------
+    grid : EnergyGrid
+        Initial conditions of the orbits.
+    values : array_like, shape (orbits,), Colouring or Result
+        Values, for example the diffusion of a frequency map, or a `Colouring`. A result of the orbits of the grid is
+        drawn with the values, scale and label of its own figure.
+    {ax}
+    {norm}
+    {colour_range}
+    {colour_label}
+    {colorbar}
+
+    Returns
+    -------
+    Artists
+        ``missing`` is the number of orbits without a value, which are grey. Inaccessible cells stay white. A click
+        picks the orbit of a cell.
 
     Examples
     --------
@@ -132,15 +147,29 @@ def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:
 
 
 @figure
+@inserts_parameters
 def plot_starts(
     starts: EnergyGrid | EnergySample, *, ax: Any = None, values: Any = None, size: float = 4.0, **options: Any
 ) -> Artists:
-    """Draw the starts of the orbits of an EnergyGrid or EnergySample; cells of a grid that the energy does not reach
-    are pale.
+    """Plot the initial conditions of the orbits of a grid or a sample.
 
-    :Parameters: values: (orbits,) or a `Colouring`, to colour cells or dots, with `norm`, `vmin`, `vmax`, `label` and
-        `colorbar` as in `plot_diffusion_grid`; size: area of a dot in square points.
-    :Returns: Artists: points are the dots, whose clicks pick the orbit; `missing` counts orbits without a value.
+    Parameters
+    ----------
+    starts : EnergyGrid or EnergySample
+        Initial conditions of the orbits.
+    {ax}
+    values : array_like, shape (orbits,) or Colouring, optional
+        Colours of the cells or dots.
+    size : float, default 4
+        Area of a dot in square points.
+    **options : Any
+        Options ``norm``, ``vmin``, ``vmax``, ``label`` and ``colorbar`` of `plot_diffusion_grid`.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the dots, which pick their orbit at a click. ``missing`` is the number of orbits without a value.
+        Inaccessible cells of a grid are pale.
 
     Examples
     --------

@@ -95,8 +95,20 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Artists(NamedTuple):
-    """Artists drawn by a function: the points or cells, colour bar, lines with their labels, and the number of orbits
-    not drawn.
+    """Artists that a function of ``fastaff.plot`` has drawn.
+
+    Attributes
+    ----------
+    points : artist or list of artists
+        Dots, cells, bars or curves of the data.
+    colorbar : matplotlib.colorbar.Colorbar
+        Colour bar, or None.
+    lines : tuple of artists
+        Boundary, resonance lines and other lines.
+    labels : tuple of matplotlib.text.Text
+        Labels of the lines.
+    missing : int
+        Number of orbits not drawn.
     """
 
     points: Any
@@ -107,7 +119,12 @@ class Artists(NamedTuple):
 
 
 def styled() -> Any:
-    """Return the context in which figures are made; it leaves the settings of Matplotlib as they were.
+    """Return the context in which figures have the style of the package.
+
+    Returns
+    -------
+    context manager
+        Context of Matplotlib settings. It restores the earlier settings at its end.
 
     Examples
     --------
@@ -249,7 +266,12 @@ def chosen_orbits(orbits: Any, total: int, most: int, name: str = "orbits") -> A
 
 
 def colour_map() -> Any:
-    """Return cividis without its palest end.
+    """Return the colour map of the package: cividis without its palest end.
+
+    Returns
+    -------
+    matplotlib.colors.Colormap
+        The colour map.
 
     Examples
     --------
@@ -264,8 +286,17 @@ def colour_map() -> Any:
 
 
 def symbol(name: str) -> str:
-    """Return the mathematical symbol, without dollars, of a coordinate, a momentum (``p_...``) or a frequency
-    (``nu_...``).
+    """Return the mathematical symbol of a coordinate, a momentum or a frequency.
+
+    Parameters
+    ----------
+    name : str
+        Name of a coordinate, a momentum (``p_...``) or a frequency (``nu_...``).
+
+    Returns
+    -------
+    str
+        TeX symbol, without dollar signs.
 
     Examples
     --------

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import numbers, whole
 from ..frequencies.naff import FrequencyLines
 from ..tori.action_angles import ActionAngles
@@ -18,13 +19,28 @@ from .style import DARK, LINES, Artists, chosen_orbits, colour_map, figure, symb
 
 
 @figure
+@inserts_parameters
 def plot_actions(
     result: ActionAngles, *, ax: Any = None, x: int = 0, y: int = 1, values: Any = None, label: str = "energy $E$"
 ) -> Artists:
-    """Draw tori in the plane of two actions I = J/2 pi, coloured by their energy or other values (orbits,).
+    """Plot tori in the plane of two actions I = J/2 pi, coloured by a value of each.
 
-    :Parameters: x, y: rows of J; values, label: of the colours.
-    :Returns: Artists; `missing` counts orbits without a torus. A click picks the orbit.
+    Parameters
+    ----------
+    result : ActionAngles
+        Result of `action_angles`.
+    {ax}
+    x, y : int, default 0 and 1
+        Rows of J.
+    values : array_like, shape (orbits,), optional
+        Values of the orbits. Default: the energy.
+    label : str, optional
+        Label of the colour bar. Default: the energy.
+
+    Returns
+    -------
+    Artists
+        ``missing`` is the number of orbits without a torus. A click picks the orbit.
 
     Examples
     --------
@@ -42,11 +58,22 @@ def plot_actions(
 
 
 @figure
+@inserts_parameters
 def plot_energy_of_actions(result: EnergyOfActions, *, ax: Any = None, x: int = 0, y: int = 1) -> Artists:
-    """Draw the frequencies of tori with given actions in the plane of two of them, coloured by their energy.
+    """Plot the frequencies of tori in the plane of two of them, coloured by the energy.
 
-    :Parameters: x, y: rows of nu.
-    :Returns: Artists; `missing` counts those that are not OK. A click picks the orbit.
+    Parameters
+    ----------
+    result : EnergyOfActions
+        Result of `energy_of_actions`.
+    {ax}
+    x, y : int, default 0 and 1
+        Rows of nu.
+
+    Returns
+    -------
+    Artists
+        ``missing`` is the number of tori that are not ``OK``. A click picks the orbit.
 
     Examples
     --------
@@ -81,11 +108,22 @@ def _dots(ax: Any, u: np.ndarray, v: np.ndarray, each: np.ndarray, label: str) -
 
 
 @figure
+@inserts_parameters
 def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any = None) -> Artists:
-    """Draw the lines of signals: the logarithm of their amplitudes over their frequencies.
+    """Plot the spectral lines of signals: the logarithm of their amplitudes over their frequencies.
 
-    :Parameters: signals: numbers of those drawn (default: the first five).
-    :Returns: Artists: points are the dots of each signal, lines their stems; `missing` counts lines that were not
+    Parameters
+    ----------
+    result : FrequencyLines
+        Result of `naff`.
+    {ax}
+    signals : sequence of int, optional
+        Numbers of the signals to draw. Default: the first five.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the dots of each signal, ``lines`` their stems. ``missing`` is the number of lines that were not
         found.
 
     Examples
@@ -116,11 +154,23 @@ def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any
 
 
 @figure
+@inserts_parameters
 def plot_torus(result: TorusFit, *, ax: Any = None, row: int | None = None) -> Artists:
-    """Draw the Fourier series of a torus: the size of each term over its frequency k . nu, on a logarithmic axis.
+    """Plot the Fourier series of a torus: the size of each term over its frequency k . nu.
 
-    :Parameters: row: of z, by default the norm over all rows. Terms are darker the lower their order ``|k|``.
-    :Returns: Artists: points are the dots, lines the stems; `missing` counts terms of size 0.
+    Parameters
+    ----------
+    result : TorusFit
+        Result of `fit_torus`.
+    {ax}
+    row : int, optional
+        Row of z. Default: the norm over all rows.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the dots, darker for a lower order ``|k|``, ``lines`` the stems. ``missing`` is the number of
+        terms of size 0. The ordinate is logarithmic.
 
     Examples
     --------

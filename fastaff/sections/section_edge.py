@@ -7,6 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.requirements import checked_system
@@ -40,8 +41,16 @@ LOOKS = 1000
 
 @dataclass(frozen=True)
 class Edge(Result, axis=None):
-    """The boundary of the accessible part of a section: coordinate (points,) and the largest momentum there, beyond the
-    `centre`: that of rest in a turning frame, (points,) for H(q, p), else 0.
+    """Boundary of the accessible part of a section.
+
+    Attributes
+    ----------
+    coordinate : ndarray, shape (points,)
+        Coordinate of the section.
+    momentum : ndarray, shape (points,)
+        Largest momentum beyond the centre.
+    centre : float or ndarray, shape (points,)
+        Momentum of rest in a rotating frame, shape (points,) for H(q, p), else 0.
     """
 
     coordinate: Annotated[np.ndarray, along("point")]
@@ -50,7 +59,7 @@ class Edge(Result, axis=None):
 
     @property
     def axes(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The ranges of the coordinate and of its momentum."""
+        """Ranges of the coordinate and of its momentum."""
         low = float((self.centre - self.momentum).min())
         high = float((self.centre + self.momentum).max())
         return (float(self.coordinate[0]), float(self.coordinate[-1])), (low, high)
@@ -66,18 +75,42 @@ class EdgePart(NamedTuple):
 
 
 @says_progress
+@inserts_parameters
 def edge(
     model: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800
 ) -> Edge:
-    """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
+    """Compute the boundary of the accessible part of a section, for axis ranges and figures.
 
-    Parameters as in `energy_grid`.
+    Parameters
+    ----------
+    {model}
+    section : Section or str
+        Surface of section, or a short form such as ``"x=0"``.
+    energy : float
+        Energy of the orbits.
+    p_eta, p_gamma : float, default 0
+        Angular momenta of the planes of a body.
+    points : int, default 800
+        Number of points of the boundary.
 
-    :Returns: Edge; if the bounded part has several pieces, that of all in turn; valleys that go to infinity beside them
-        are left out; on AreaEquals the direction forbids a little more on one side.
-    :Raises: ValueError where the energy reaches no point, no piece is bounded, or momenta are not, as at a pole of the
-        potential; TypeError for a section without a grid. Coordinates of all sizes are searched.
-    :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
+    Returns
+    -------
+    Edge
+        The boundary. If the bounded part has several pieces, their boundaries follow one another. Unbounded valleys
+        beside them are left out. On `AreaEquals` the direction excludes a little more on one side.
+
+    Raises
+    ------
+    ValueError
+        If the energy reaches no point, no piece is bounded, or momenta are not bounded, for example at a pole of the
+        potential.
+    TypeError
+        If the section has no grid.
+
+    Notes
+    -----
+    - The kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, is positive inside.
+    - Coordinates of all sizes are searched.
 
     Examples
     --------
