@@ -9,6 +9,7 @@ import numpy as np
 
 from ..chaos.chaos_map import chaos_map
 from ..chaos.indicators import INDICATORS, indicator_names
+from ..core.docstrings import inserts_parameters
 from ..core.names import named, spelled
 from ..core.numbers import nonnegative, positive, whole
 from ..frequencies.frequency_map import frequency_map
@@ -39,19 +40,53 @@ class RunOptions:
     """Threads. [all cores]"""
 
     def scheme_value(self) -> Any:
-        """Return the scheme, None where it is left open."""
+        """Return the integration method.
+
+        Returns
+        -------
+        Scheme
+            The method, or None if it is not given.
+        """
         return None if self.scheme is None else SCHEMES[named(option("scheme"), self.scheme, SCHEMES)]
 
     def canonical(self) -> RunOptions:
-        """Return the same with the scheme's name as it is written here."""
+        """Return the options with the canonical name of the method.
+
+        Returns
+        -------
+        RunOptions
+            The options.
+        """
         return self if self.scheme is None else replace(self, scheme=spelled(self.scheme, SCHEMES))
 
     def on(self, threads: int | None) -> RunOptions:
-        """Return the same with so many threads, where they are given."""
+        """Return the options with another number of threads.
+
+        Parameters
+        ----------
+        threads : int, optional
+            Number of threads. None keeps the options.
+
+        Returns
+        -------
+        RunOptions
+            The options.
+        """
         return self if threads is None else replace(self, threads=threads)
 
     def build(self, system: System | None = None) -> dict[str, Any]:
-        """Return the options of the library's functions; for a map these are the threads alone."""
+        """Return the options as arguments of the library functions.
+
+        Parameters
+        ----------
+        system : object, optional
+            System of the job. For a map only the threads are returned.
+
+        Returns
+        -------
+        dict
+            Arguments by name.
+        """
         if system is not None and system.iterated:
             return {"threads": self.threads}
         accuracy = {} if self.accuracy is None else {"accuracy": positive("accuracy", self.accuracy)}
@@ -103,14 +138,37 @@ class PoincareOptions:
     max_time: float | None = None
     """Time at which an orbit ends at the latest. [four times that of the crossings in a trial]"""
 
+    @inserts_parameters
     def check(self, run: RunOptions) -> None:
-        """Refuse values that are wrong for any orbits."""
+        """Check the values that do not depend on the orbits.
+
+        Parameters
+        ----------
+        {job_run}
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is wrong. The message names the option.
+        """
         whole("crossings", self.crossings, 1)
         if self.max_time is not None:
             positive("max_time", self.max_time)
 
+    @inserts_parameters
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
-        """Return crossings and max_time."""
+        """Return the options of the library function, with defaults from a trial.
+
+        Parameters
+        ----------
+        {job_trial}
+        {job_run}
+
+        Returns
+        -------
+        dict
+            Options ``crossings`` and ``max_time``.
+        """
         self.check(run)
         time = self.max_time
         if isinstance(few.section, Stroboscopic) and time is not None:
@@ -126,10 +184,24 @@ class PoincareOptions:
             time = enough_time(pace, few.section, self.crossings)
         return {"crossings": self.crossings, "max_time": float(time)}
 
+    @inserts_parameters
     def compute(
         self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
     ) -> Any:
-        """Return the SectionMap of orbits."""
+        """Compute the analysis of orbits.
+
+        Parameters
+        ----------
+        {job_orbits}
+        {resolved_options}
+        {job_run}
+        {callback}
+
+        Returns
+        -------
+        SectionMap
+            Result of the orbits.
+        """
         if isinstance(orbits.section, Stroboscopic) or orbits.system.iterated:  # these need no time
             resolve_defaults = {"crossings": resolve_defaults["crossings"]}
         how = {**resolve_defaults, **run.build(orbits.system)}
@@ -148,21 +220,58 @@ class FrequencyOptions:
     returns: float | None = None
     """That time in median times of return to the section, instead of --time."""
 
+    @inserts_parameters
     def check(self, run: RunOptions) -> None:
-        """Refuse values that are wrong for any orbits."""
+        """Check the values that do not depend on the orbits.
+
+        Parameters
+        ----------
+        {job_run}
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is wrong. The message names the option.
+        """
         _one_time(self.time, self.returns)
 
+    @inserts_parameters
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
-        """Return the time."""
+        """Return the options of the library function, with defaults from a trial.
+
+        Parameters
+        ----------
+        {job_trial}
+        {job_run}
+
+        Returns
+        -------
+        dict
+            Options ``time``.
+        """
         self.check(run)
         if self.returns is None:
             return {"time": 1000.0 if self.time is None else float(self.time)}
         return {"time": self.returns * median_return(few, run.build())}
 
+    @inserts_parameters
     def compute(
         self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
     ) -> Any:
-        """Return the FrequencyMap of orbits."""
+        """Compute the analysis of orbits.
+
+        Parameters
+        ----------
+        {job_orbits}
+        {resolved_options}
+        {job_run}
+        {callback}
+
+        Returns
+        -------
+        FrequencyMap
+            Result of the orbits.
+        """
         return frequency_map(orbits.model, orbits.z0, callback=callback, **resolve_defaults, **run.build(orbits.system))
 
 
@@ -187,31 +296,72 @@ class ChaosOptions:
     """End an orbit when all indicators have called it chaotic."""
 
     def values(self) -> tuple[Any, ...]:
-        """Return the indicators."""
+        """Return the indicators.
+
+        Returns
+        -------
+        tuple
+            Indicators of chaos.
+        """
         return tuple(INDICATORS[name] for name in indicator_names(self.indicators, option("indicators")))
 
     def canonical(self) -> ChaosOptions:
-        """Return the same with the indicators' names as they are written here."""
+        """Return the options with canonical names of the indicators.
+
+        Returns
+        -------
+        ChaosOptions
+            The options.
+        """
         names = (spelled(name.strip(), INDICATORS) for name in self.indicators.split(","))
         return replace(self, indicators=",".join(names))
 
     def in_returns(self) -> float | None:
-        """Return the length of an orbit in times of return, None where its time is given."""
+        """Return the length of an orbit in return times.
+
+        Returns
+        -------
+        float
+            Length, or None if the time is given.
+        """
         if self.time is not None:
             return None
         if self.returns is None:
             return 500.0
         return float(self.returns)
 
+    @inserts_parameters
     def check(self, run: RunOptions) -> None:
-        """Refuse values that are wrong for any orbits."""
+        """Check the values that do not depend on the orbits.
+
+        Parameters
+        ----------
+        {job_run}
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is wrong. The message names the option.
+        """
         self.values()
         _one_time(self.time, self.returns)
         if run.accuracy is not None:
             raise OptionError.of("{accuracy} does not belong to chaos maps, which take {step} or choose one")
 
+    @inserts_parameters
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
-        """Return the time."""
+        """Return the options of the library function, with defaults from a trial.
+
+        Parameters
+        ----------
+        {job_trial}
+        {job_run}
+
+        Returns
+        -------
+        dict
+            Options ``time`` and indicators.
+        """
         self.check(run)
         number = self.in_returns()
         if number is None:
@@ -219,10 +369,24 @@ class ChaosOptions:
         # Step control gets through steep walls.
         return {"time": number * median_return(few, {"scheme": VERNER9, "threads": run.threads})}
 
+    @inserts_parameters
     def compute(
         self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
     ) -> Any:
-        """Return the ChaosMap of orbits."""
+        """Compute the analysis of orbits.
+
+        Parameters
+        ----------
+        {job_orbits}
+        {resolved_options}
+        {job_run}
+        {callback}
+
+        Returns
+        -------
+        ChaosMap
+            Result of the orbits.
+        """
         how: dict[str, Any] = {"indicators": self.values(), "early_stop": self.early_stop}
         return chaos_map(
             orbits.model, orbits.z0, callback=callback, **how, **resolve_defaults, **run.build(orbits.system)
@@ -236,17 +400,49 @@ class ActionAngleOptions:
     title: ClassVar[str] = "actions"
     brief: ClassVar[dict[str, Any]] = {}
 
+    @inserts_parameters
     def check(self, run: RunOptions) -> None:
-        """Refuse nothing: there are no options."""
+        """Check nothing: there are no options.
 
+        Parameters
+        ----------
+        {job_run}
+        """
+
+    @inserts_parameters
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
-        """Return nothing: nothing is left open."""
+        """Return the options of the library function, with defaults from a trial.
+
+        Parameters
+        ----------
+        {job_trial}
+        {job_run}
+
+        Returns
+        -------
+        dict
+            Empty, because there are no options.
+        """
         return {}
 
+    @inserts_parameters
     def compute(
         self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
     ) -> Any:
-        """Return the ActionAngles of orbits."""
+        """Compute the analysis of orbits.
+
+        Parameters
+        ----------
+        {job_orbits}
+        {resolved_options}
+        {job_run}
+        {callback}
+
+        Returns
+        -------
+        ActionAngles
+            Result of the orbits.
+        """
         return action_angles(orbits.model, orbits.z0, threads=run.threads, callback=callback)
 
 
@@ -262,20 +458,57 @@ class IntegrateOptions:
     samples: int = 0
     """States that are kept at equal times. [0: the last one only]"""
 
+    @inserts_parameters
     def check(self, run: RunOptions) -> None:
-        """Refuse values that are wrong for any orbits."""
+        """Check the values that do not depend on the orbits.
+
+        Parameters
+        ----------
+        {job_run}
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is wrong. The message names the option.
+        """
         nonnegative("time", self.time)
         whole("samples", self.samples, 0)
 
+    @inserts_parameters
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
-        """Return time and samples."""
+        """Return the options of the library function, with defaults from a trial.
+
+        Parameters
+        ----------
+        {job_trial}
+        {job_run}
+
+        Returns
+        -------
+        dict
+            Options ``time`` and ``samples``.
+        """
         self.check(run)
         return {"time": float(self.time), "samples": self.samples}
 
+    @inserts_parameters
     def compute(
         self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
     ) -> Any:
-        """Return the Orbits."""
+        """Compute the analysis of orbits.
+
+        Parameters
+        ----------
+        {job_orbits}
+        {resolved_options}
+        {job_run}
+        {callback}
+
+        Returns
+        -------
+        Orbits
+            Result of the orbits.
+        """
         return integrate(orbits.model, orbits.z0, callback=callback, **resolve_defaults, **run.build(orbits.system))
 
 

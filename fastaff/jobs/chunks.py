@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.numbers import portion
 from ..core.status import Status
 from ..engine.code_folder import package_hash
@@ -27,8 +28,22 @@ LOG = "chunks.jsonl"
 
 
 class Chunk(NamedTuple):
-    """Outcome of a chunk: its number, orbits, seconds, counts of statuses by analysis and name, and the worst energy
-    error.
+    """Outcome of a chunk of orbits.
+
+    Attributes
+    ----------
+    number : int
+        Number of the chunk, from 0.
+    orbits : int
+        Number of orbits.
+    seconds : float
+        Wall time in seconds.
+    statuses : dict of dict of int
+        Number of orbits of each status, by analysis and name.
+    energy_error : float
+        Largest relative energy error.
+    crossings : int
+        Number of crossings.
     """
 
     number: int
@@ -102,10 +117,36 @@ def _opened(path: str, source: str, modified: float, own: tuple) -> Running:
     return begun
 
 
+@inserts_parameters
 def compute_chunk(path: str, number: int, threads: int | None = None, own: dict[str, Any] | None = None) -> Chunk:
-    """Compute a chunk of a store in this process and write it; the store, its job and kernels are kept for the next.
+    """Compute a chunk of a store in this process and write it, for user-defined executors.
 
-    For executors: the arguments are a path and numbers, the result is small.
+    Parameters
+    ----------
+    path : str
+        Path of the store.
+    number : int
+        Number of the chunk, from 0.
+    {chunk_threads}
+    own : dict, optional
+        Values ``"model"`` and ``"initial_conditions"`` of the job, if TOML cannot describe them.
+
+    Returns
+    -------
+    Chunk
+        Outcome of the chunk.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no store.
+    ValueError
+        If the store is damaged, or was begun on another kind of processor without `allow_other_cpu` in `run`.
+
+    Notes
+    -----
+    The arguments and the result are small and can be sent to other processes. The store, its job and the kernels are
+    kept for the next chunk.
 
     Examples
     --------

@@ -64,30 +64,38 @@ class JobPlan(NamedTuple):
 class Job:
     """Many orbits of one system and the analyses of each.
 
-    The names of the parameters are tables of a TOML file and options of the commands.
+    The names of the parameters are also tables of a TOML file and groups of options of the commands.
 
     Parameters
     ----------
-    model : `Model` or model
-        A `Model`, or any model of the library.
-    energy_surface : `EnergySurface`
+    model : Model or model, optional
+        A `Model`, or any model of the library. Default: the neo-Hookean body.
+    energy_surface : EnergySurface, optional
         Energy and section.
-    initial_conditions : `InitialConditions` or array (2n, orbits)
+    initial_conditions : InitialConditions or array_like, shape (2n, orbits), optional
         Grid, random points or a file; or phase points.
-    options : `RunOptions`
-        Scheme, step or accuracy, threads.
-    poincare, frequency_map, chaos_map : `PoincareOptions`, `FrequencyOptions`, `ChaosOptions`, optional
-    scan : `Scan`, optional
-        Parameters over which chaos_map finds the share of chaotic orbits, cases in place of orbits.
-    action_angles, integrate : `ActionAngleOptions`, `IntegrateOptions`, optional
-        One analysis at least is needed.
-    chunk : int, orbits, optional
-        Orbits that are computed and kept together (default: some seconds of work).
+    options : RunOptions, optional
+        Integration method, step size or accuracy, threads.
+    poincare : PoincareOptions, optional
+        Crossings of the section. At least one analysis is needed.
+    frequency_map : FrequencyOptions, optional
+        Fundamental frequencies.
+    chaos_map : ChaosOptions, optional
+        Indicators of chaos.
+    scan : Scan, optional
+        Parameters over which `chaos_map` finds the chaotic fraction. The items of the job are then cases instead of
+        orbits.
+    action_angles : ActionAngleOptions, optional
+        Actions and angles of a separable body.
+    integrate : IntegrateOptions, optional
+        Orbits up to a time.
+    chunk : int, optional
+        Number of orbits that are computed and stored together. Default: some seconds of work.
 
     Raises
     ------
     TypeError, ValueError
-        The message names table and field.
+        If a part is wrong. The message names table and field.
 
     Examples
     --------
@@ -142,7 +150,13 @@ class Job:
             raise ValueError(f"scan takes chaos_map alone, got {', '.join(self.analyses())}")
 
     def analyses(self) -> dict[str, Analysis]:
-        """Return the analyses to be computed, by name."""
+        """Return the analyses of the job.
+
+        Returns
+        -------
+        dict
+            Options by name of the analysis.
+        """
         return {name: getattr(self, name) for name in ANALYSES if getattr(self, name) is not None}
 
     def _system(self) -> System:
@@ -150,7 +164,18 @@ class Job:
         return current_system(self.model.build() if isinstance(self.model, Model) else self.model)
 
     def plan(self) -> JobPlan:
-        """Return system, section, launch set and analyses; raises ValueError or TypeError for parts that do not fit."""
+        """Return system, section, initial conditions and analyses.
+
+        Returns
+        -------
+        JobPlan
+            Tuple of these parts.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If parts do not fit together.
+        """
         system = self._system()
         if system.iterated:
             self._check_map(system)
@@ -206,7 +231,13 @@ class Job:
         return JobPlan(system, self.energy_surface.section_of(system), cases, {"chaotic_fraction": work})
 
     def tables(self) -> dict[str, Any]:
-        """Return the job as tables of plain values: the fields that differ from their defaults."""
+        """Return the job as tables of plain values.
+
+        Returns
+        -------
+        dict
+            Fields that differ from their defaults, by table.
+        """
         found: dict[str, Any] = {} if self.chunk is None else {"chunk": self.chunk}
         for name, kind in TABLES.items():
             value = getattr(self, name)
@@ -223,7 +254,13 @@ class Job:
         return found
 
     def text(self) -> str:
-        """Return the job as TOML. A model or starting points that no text describes are named only."""
+        """Return the job as TOML.
+
+        Returns
+        -------
+        str
+            The text. Models and initial conditions that TOML cannot describe are only named.
+        """
         lines = []
         for name, value in self.tables().items():
             if isinstance(value, dict):
@@ -234,8 +271,26 @@ class Job:
 
     @classmethod
     def parsed(cls, text: str, name: str = "job", **own: Any) -> Job:
-        """Return the job of a TOML text; `name` is that of the file, for errors; own: model or initial conditions that
-        no text describes.
+        """Return the job of a TOML text.
+
+        Parameters
+        ----------
+        text : str
+            The text.
+        name : str, default "job"
+            Name of the file, for messages.
+        **own : Any
+            ``model`` or ``initial_conditions`` that TOML cannot describe.
+
+        Returns
+        -------
+        Job
+            The job.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the text is wrong. The message names file, table and key.
         """
         with spelled(as_key):
             try:
@@ -252,7 +307,24 @@ class Job:
     def read(cls, path: Any, **own: Any) -> Job:
         """Return the job of a TOML file.
 
-        :Raises: OSError, ValueError or TypeError naming file, table and key.
+        Parameters
+        ----------
+        path : path_like
+            The file.
+        **own : Any
+            ``model`` or ``initial_conditions`` that TOML cannot describe.
+
+        Returns
+        -------
+        Job
+            The job.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be read.
+        TypeError, ValueError
+            If the text is wrong. The message names file, table and key.
         """
         try:
             text = text_of(path, "job")

@@ -71,7 +71,13 @@ class InitialConditions:
     """File of phase points (2n, orbits), .npy, instead of a grid."""
 
     def read(self) -> np.ndarray:
-        """Return the phase points of the file, which stay on disk."""
+        """Return the phase points of the file, which stay on disk.
+
+        Returns
+        -------
+        ndarray, shape (2n, orbits)
+            Memory map of the file.
+        """
         others = [name for name in ("grid", "orbits", "q_range", "p_range", *BY_NAME) if getattr(self, name)]
         if others:
             raise OptionError(f"give {option('file')} or {option(others[0])}, not both")
@@ -88,7 +94,24 @@ class InitialConditions:
         return array
 
     def launch(self, system: System, section: Any, surface: EnergySurface, default: str) -> Launch:
-        """Return the launch set of this table, on a grid of `default` cells unless it names another."""
+        """Return the launch set of the table: points by number.
+
+        Parameters
+        ----------
+        system : object
+            System of the job.
+        section : Section
+            Section of the job, or None.
+        surface : EnergySurface
+            Energy of the job.
+        default : str
+            Grid of cells, for example ``"20x20"``, used if the table names none.
+
+        Returns
+        -------
+        Launch
+            The launch set.
+        """
         if self.grid is not None and self.orbits is not None:
             raise OptionError.of("give {grid} or {orbits}, not both")
         if self.orbits is not None and self.orbits < 1:
@@ -123,7 +146,7 @@ class InitialConditions:
 
     @property
     def by_name(self) -> bool:
-        """Whether starts are given by names of coordinates and momenta, or over the whole energy surface."""
+        """Whether the points are given by coordinates and momenta, or over the whole energy surface."""
         return any(getattr(self, name) for name in BY_NAME)
 
     def _by_name(self, system: System, section: Any, surface: EnergySurface) -> Launch:
@@ -165,7 +188,13 @@ class InitialConditions:
             raise OptionError(respelled(text, BY_NAME)) from None
 
     def ranges(self) -> list[Any]:
-        """Return the ranges given, None for those not given."""
+        """Return the ranges of the coordinate and of the momentum.
+
+        Returns
+        -------
+        list of tuple
+            Ranges, None if not given.
+        """
         return [range_of(option(name), getattr(self, name)) for name in ("q_range", "p_range")]
 
 

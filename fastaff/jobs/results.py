@@ -20,10 +20,23 @@ from .store import ATTEMPT, DONE, WAITING, Store
 
 
 class JobResults:
-    """Results of a job by the name of the analysis: `results["frequency_map"]` is that of the finished orbits.
+    """Results of a job by the name of the analysis, for example ``results["frequency_map"]``.
 
-    Results in a store are read when they are asked for; `results["frequency_map", 0:100_000]` reads those of some
-    points of the launch set alone; `to_xarray` opens the store itself, lazily.
+    Results in a store are read on access. ``results["frequency_map", 0:100_000]`` reads the finished orbits among these
+    points of the launch set.
+
+    Parameters
+    ----------
+    job : Job
+        The job.
+    found : dict, optional
+        Results in memory by name, None for a store.
+    place : ndarray of int, shape (orbits,)
+        Numbers of the orbits in the launch set.
+    path : Path, optional
+        Path of the store, None in memory.
+    chunks : sequence of Chunk, optional
+        Outcomes of the chunks.
     """
 
     def __init__(
@@ -37,8 +50,21 @@ class JobResults:
 
     @classmethod
     def stored(cls, path: Any, job: Job | None = None, **own: Any) -> JobResults:
-        """Return the results in a store, finished or not; own: `model` or `initial_conditions`, where no text describes
-        them.
+        """Return the results in a store, finished or not.
+
+        Parameters
+        ----------
+        path : path_like
+            Path of the store.
+        job : Job, optional
+            The job. Default: the job that the store describes.
+        **own : Any
+            ``model`` or ``initial_conditions`` that TOML cannot describe.
+
+        Returns
+        -------
+        JobResults
+            The results.
         """
         store = Store(path)
         if job is None:
@@ -49,7 +75,7 @@ class JobResults:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The analyses."""
+        """Names of the analyses."""
         return ("chaotic_fraction",) if self.job.scan is not None else tuple(self.job.analyses())
 
     def __iter__(self) -> Iterator[str]:
@@ -90,26 +116,49 @@ class JobResults:
 
     @property
     def place(self) -> np.ndarray:
-        """Numbers of the finished orbits within the launch set; for a grid these are the cells."""
+        """Numbers of the finished orbits in the launch set, cells for a grid, shape (orbits,)."""
         return self._place if self._found is not None else np.flatnonzero(Store(self.path).finished() == DONE)
 
     @property
     def complete(self) -> bool:
-        """Whether all orbits are finished, those of reruns too."""
+        """Whether all orbits are finished, including reruns."""
         return self._found is not None or not waiting(Store(self.path)).size
 
     def counts(self) -> dict[str, dict[str, int]]:
-        """Return the number of orbits of each status, by analysis."""
+        """Return the number of orbits of each status.
+
+        Returns
+        -------
+        dict of dict of int
+            Numbers by analysis and name of the status.
+        """
         field = "status" if self.job.scan is None else "statuses"
         return {name: outcomes(self._column(name, field)) for name in self.names}
 
     def attempts(self, name: str) -> np.ndarray:
-        """Return the attempt that gave the numbers of each finished orbit: 0, or the number of a rerun."""
+        """Return the attempt that computed each finished orbit.
+
+        Parameters
+        ----------
+        name : str
+            Name of the analysis.
+
+        Returns
+        -------
+        ndarray of int, shape (orbits,)
+            0 for the first computation, else the number of the rerun.
+        """
         values = self._column(name, ATTEMPT)
         return np.zeros(len(self.place), np.int16) if values is None else values
 
     def worst_energy_error(self) -> dict[str, float]:
-        """Return the largest energy error, by analysis that has one."""
+        """Return the largest relative energy error of each analysis that has one.
+
+        Returns
+        -------
+        dict of float
+            Errors by analysis.
+        """
         found = {}
         for name in self.names:
             values = self._column(name, "energy_error")
@@ -118,7 +167,13 @@ class JobResults:
         return found
 
     def table(self) -> str:
-        """List the outcomes of the orbits: counts and share of each status, worst energy error, slowest chunk."""
+        """Return a table of the outcomes of the orbits.
+
+        Returns
+        -------
+        str
+            Number and share of each status, largest energy error, slowest chunk.
+        """
         lines = []
         worst = self.worst_energy_error()
         for name, counts in self.counts().items():
@@ -163,9 +218,19 @@ class JobResults:
         return f"JobResults({', '.join(self.names)}; {where})"
 
     def to_xarray(self, chunks: Any = None) -> Any:
-        """Open the store as an xarray.DataTree, whose arrays are read when and as far as they are used; with `chunks`,
-        as in `xarray.open_datatree` ({}: the chunks of the job), dask reads them. What these read is not compared with
-        the seals of its pieces, as all else is.
+        """Open the store as an ``xarray.DataTree`` that reads arrays on access.
+
+        Unlike all other reads, these are not compared with the checksums of the store.
+
+        Parameters
+        ----------
+        chunks : dict, optional
+            Chunks for dask, as in ``xarray.open_datatree``; {} uses the chunks of the job. Default: no dask.
+
+        Returns
+        -------
+        xarray.DataTree
+            The store.
         """
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
@@ -176,7 +241,13 @@ class JobResults:
             return xarray.open_datatree(str(self.path), engine="zarr", chunks=chunks)
 
     def to_netcdf(self, path: Any) -> None:
-        """Write the store as NetCDF, for other programs."""
+        """Write the store as NetCDF, for other programs.
+
+        Parameters
+        ----------
+        path : path_like
+            Path of the file.
+        """
         imported("h5netcdf", what="to_netcdf")
         if self.path is not None:
             Store(self.path).verify()

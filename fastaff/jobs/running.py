@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted
 from ..core.names import named
 from ..core.numbers import StrPath, checked_callback, flag, free_memory, function, positive, shown, whole
@@ -58,6 +59,7 @@ SHARE = 0.25
 
 
 @says_progress
+@inserts_parameters
 def run(
     job: Job,
     store: StrPath | None = None,
@@ -70,50 +72,46 @@ def run(
     callback: Callable[[float], object] | None = None,
     on_chunk: Callable[[Progress, Chunk], object] | None = None,
 ) -> JobResults:
-    """Run a job and return its results: in memory, or in a store, which goes on where it was stopped.
+    """Run a job and return its results, in memory or in a store that can be resumed.
 
     Parameters
     ----------
-    job : `Job`
+    job : Job
         The job.
-    store : path, optional
-        Path of a Zarr hierarchy, new or of the same job (default: all in memory).
-    executor : object with `submit`, optional
-        Such as pools of threads and of spawned processes, loky, ``dask.distributed.Client.get_executor()``,
-        mpi4py.futures or submitit. Each worker writes its own pieces into the store, which all workers must reach by
-        its path.
-    threads : int, optional
-        Threads of a chunk (default: all cores, in an executor 1).
-    memory : float, bytes, optional
-        Largest memory of a chunk (default: a quarter of the free memory), which bounds its size where the job leaves it
-        open.
+    store : path_like, optional
+        Path of a Zarr hierarchy, new or of the same job, which is resumed. Default: all results in memory.
+    {executor}
+    {chunk_threads}
+    memory : float, optional
+        Largest memory of a chunk in bytes, which limits its size unless the job sets it. Default: a quarter of the free
+        memory.
     overwrite : bool, default False
         Replace a store of another job.
-    allow_other_cpu : bool, default False
-        Go on with a store that was begun on another kind of processor too; the store records it.
-    callback, on_chunk : callable, optional
-        Called with the fraction done; called with `Progress` and the `Chunk` after each chunk.
+    {allow_other_cpu}
+    {callback}
+    {on_chunk}
 
     Returns
     -------
-    `JobResults`
+    JobResults
         The results, in memory or in the store.
 
     Raises
     ------
     TypeError, ValueError
-        The job is inconsistent, or the store belongs to another job; the message names the field.
+        If the job is inconsistent, or the store belongs to another job. The message names the field.
     OSError
-        The store cannot be written.
+        If the store cannot be written.
     Interrupted
-        On Ctrl-C, with the contents of the store in `.partial`.
+        On Ctrl-C. Its attribute ``partial`` has the contents of the store.
 
     Notes
     -----
-    A store is bit for bit the same for any threads, executor, order and interruption on processors of one kind, and
-    others are refused; the values of an orbit are so for any size of chunks too. Finished chunks survive a killed
-    process: a chunk counts when its last piece is on the disk. Cost: that of the analyses, and of writing their
-    numbers.
+    - A store is bitwise reproducible for any threads, executor, order and interruption on processors of one kind. Other
+      processors raise an error.
+    - The values of an orbit do not depend on the size of chunks.
+    - Finished chunks survive a killed process. A chunk is finished when its last piece is on the disk.
+    - Cost: the analyses, and writing their numbers.
 
     References
     ----------
@@ -153,6 +151,7 @@ def run(
 
 
 @says_progress
+@inserts_parameters
 def resume(
     store: StrPath,
     *,
@@ -163,36 +162,41 @@ def resume(
     model: Dynamics | None = None,
     allow_other_cpu: bool = False,
 ) -> JobResults:
-    """Go on with the job of a store where it was stopped, and return its results.
+    """Resume the job of a store and return its results.
 
     Parameters
     ----------
-    store : path
+    store : path_like
         Path of the store.
-    executor, threads, callback, on_chunk : as in `run`
+    {executor}
+    {chunk_threads}
+    {callback}
+    {on_chunk}
     model : model, optional
-        Model of the job, where no text describes it.
-    allow_other_cpu : as in `run`
+        Model of the job, if TOML cannot describe it.
+    {allow_other_cpu}
 
     Returns
     -------
-    `JobResults`
-        As in `run`.
+    JobResults
+        The results in the store.
 
     Raises
     ------
-    FileNotFoundError, ValueError
-        There is no store, or none of this version.
+    FileNotFoundError
+        If there is no store.
+    ValueError
+        If the store is one of another version, or was begun on another kind of processor.
     Interrupted
-        As in `run`.
+        On Ctrl-C. Its attribute ``partial`` has the contents of the store.
 
     Notes
     -----
-    Cost: that of the chunks that are waiting.
+    Cost: the computation of the unfinished chunks.
 
     References
     ----------
-    As in `run`.
+    The Zarr storage specification, version 3.
 
     Examples
     --------
@@ -208,6 +212,7 @@ def resume(
 
 
 @says_progress
+@inserts_parameters
 def rerun(
     store: StrPath,
     *,
@@ -223,38 +228,53 @@ def rerun(
     model: Dynamics | None = None,
     allow_other_cpu: bool = False,
 ) -> JobResults:
-    """Run the orbits of a store with given statuses again, another way; return its results.
+    """Compute the orbits of a store that have given statuses again, with other options.
 
     Parameters
     ----------
-    store : path
-        Path of a store, finished or not. Orbits still to come are run again too where they fail.
-    status : `Status`, str, or several
-        Statuses of the orbits to run again.
-    scheme, step, accuracy : as in `RunOptions`, optional
-        The changes, one at least, a scheme by value or name.
-    analyses : sequence of str, optional
-        Names of the analyses to run again (default: all that have statuses).
-    executor, threads, callback, on_chunk, model, allow_other_cpu : as in `resume`
+    store : path_like
+        Path of a store, finished or not. Orbits that are not computed yet are computed again if they get one of the
+        statuses.
+    status : Status, str or sequence of these
+        Statuses of the orbits.
+    scheme : Scheme or str, optional
+        New integration method or its name. At least one of `scheme`, `step` and `accuracy` is needed.
+    step : float, optional
+        New fixed step size, in units of time.
+    accuracy : float, optional
+        New requested error, relative to the amplitudes of the motion.
+    analyses : str or sequence of str, optional
+        Names of the analyses. Default: all that have statuses.
+    {executor}
+    {chunk_threads}
+    {callback}
+    {on_chunk}
+    model : model, optional
+        Model of the job, if TOML cannot describe it.
+    {allow_other_cpu}
 
     Returns
     -------
-    `JobResults`
-        The new numbers replace the old ones. `JobResults.attempts` tells which orbits they are; the store keeps the
-        changes.
+    JobResults
+        The results in the store. New numbers replace the old ones. ``JobResults.attempts`` identifies these orbits, and
+        the store keeps the changes.
 
     Raises
     ------
-    FileNotFoundError, ValueError, Interrupted
-        As in `resume`; ValueError for an unknown name.
+    FileNotFoundError
+        If there is no store.
+    ValueError
+        If the store is one of another version, was begun on another kind of processor, or a name is unknown.
+    Interrupted
+        On Ctrl-C. Its attribute ``partial`` has the contents of the store.
 
     Notes
     -----
-    Cost: that of these orbits.
+    Cost: the computation of these orbits.
 
     References
     ----------
-    As in `run`.
+    The Zarr storage specification, version 3.
 
     Examples
     --------

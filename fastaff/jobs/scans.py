@@ -48,7 +48,23 @@ class Scan:
     """
 
     def parsed(self, system: System) -> list[Scanned]:
-        """Return the parameters with their values; refuse names that neither the body nor its energy surface has."""
+        """Return the parameters with their values.
+
+        Parameters
+        ----------
+        system : object
+            System of the job.
+
+        Returns
+        -------
+        list of tuple
+            Names and values of the parameters.
+
+        Raises
+        ------
+        ValueError
+            If neither the model nor its energy surface has a parameter of that name.
+        """
         axes = scanned(self.axes)
         planar = system.isotropic
         body = system.model

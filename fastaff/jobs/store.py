@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.docstrings import inserts_parameters
 from ..core.interruption import imported, reraise_interrupt
 from ..core.placing import draft, like, text_of
 from ..core.status import Status
@@ -68,7 +69,15 @@ class StoreLayout(NamedTuple):
 
 
 class Store:
-    """A store of a job, open for reading, or for writing chunks; `create` makes one, `Store(path)` opens it."""
+    """Store of a job, open for reading or for writing chunks.
+
+    Parameters
+    ----------
+    path : path_like
+        Path of an existing store.
+    writing : bool, default False
+        Open for writing too.
+    """
 
     def __init__(self, path: Any, *, writing: bool = False):
         self.path = Path(path)
@@ -87,25 +96,79 @@ class Store:
         """Number of chunks."""
         return -(-self.orbits // self.chunk)
 
+    @inserts_parameters
     def points(self, chunk: int) -> slice:
-        """Return the points of a chunk."""
+        """Return the points of a chunk.
+
+        Parameters
+        ----------
+        {chunk_number}
+
+        Returns
+        -------
+        slice
+            Numbers of the points in the launch set.
+        """
         return slice(chunk * self.chunk, min((chunk + 1) * self.chunk, self.orbits))
 
     def finished(self) -> np.ndarray:
-        """Return the state of each point (orbits,): WAITING, ABSENT or DONE."""
+        """Return the state of all points.
+
+        Returns
+        -------
+        ndarray of int, shape (points,)
+            WAITING, ABSENT (inaccessible) or DONE.
+        """
         return np.asarray(self.root["launch/finished"][:])
 
+    @inserts_parameters
     def state(self, chunk: int) -> np.ndarray:
-        """Return the state of each point of a chunk."""
+        """Return the state of the points of a chunk.
+
+        Parameters
+        ----------
+        {chunk_number}
+
+        Returns
+        -------
+        ndarray of int, shape (points,)
+            WAITING, ABSENT (inaccessible) or DONE.
+        """
         return np.asarray(self.root["launch/finished"][self.points(chunk)])
 
+    @inserts_parameters
     def part(self, analysis: str, name: str, chunk: int) -> np.ndarray:
-        """Return the numbers of an array that belong to a chunk."""
+        """Return the numbers of an array that belong to a chunk.
+
+        Parameters
+        ----------
+        {analysis_name}
+        name : str
+            Name of the array.
+        {chunk_number}
+
+        Returns
+        -------
+        ndarray, shape (..., points)
+            The numbers.
+        """
         return np.asarray(self.root[f"{analysis}/{name}"][..., self.points(chunk)])
 
+    @inserts_parameters
     def write(self, chunk: int, z0: np.ndarray, place: np.ndarray, results: Mapping[str, Any]) -> None:
-        """Write the orbits of a chunk: z0 (2n, orbits), their numbers within it, and results by the name of the
-        analysis. Written again they have the same bytes.
+        """Write the orbits and the results of a chunk.
+
+        Written again, they have the same bytes.
+
+        Parameters
+        ----------
+        {chunk_number}
+        z0 : ndarray, shape (2n, orbits)
+            Initial conditions.
+        place : ndarray of int, shape (orbits,)
+            Numbers of the orbits within the chunk.
+        results : dict of Result
+            Results by name of the analysis.
         """
         self._unseal(chunk)
         points = self.points(chunk)
@@ -121,14 +184,35 @@ class Store:
             written.append(self._put(analysis, ATTEMPT, chunk, first))
         _on_disk(written)
 
+    @inserts_parameters
     def start(self, chunk: int, z0: np.ndarray) -> None:
-        """Write the starts (2n, orbits) of a chunk, before anything of it is computed."""
+        """Write the initial conditions of a chunk, before anything of it is computed.
+
+        Parameters
+        ----------
+        {chunk_number}
+        z0 : ndarray, shape (2n, orbits)
+            Initial conditions.
+        """
         written = [self._put("launch", "z0", chunk, z0)]
         _on_disk([*written, *self._sealed(chunk)])
 
+    @inserts_parameters
     def amend(self, chunk: int, analysis: str, rows: np.ndarray, result: Any, attempt: int) -> None:
-        """Write the result of some orbits of a chunk, by their numbers within it, over that of earlier attempts; its
-        missing entries become empty.
+        """Write new results of some orbits of a chunk over the results of earlier attempts.
+
+        Missing entries become empty.
+
+        Parameters
+        ----------
+        {chunk_number}
+        {analysis_name}
+        rows : ndarray of int
+            Numbers of the orbits within the chunk.
+        result : Result
+            Result of these orbits.
+        attempt : int
+            Number of the attempt.
         """
         found = {column.name: column.value for column in columns(result)}
         found[ATTEMPT] = np.full(rows.size, attempt, np.int16)
@@ -140,8 +224,16 @@ class Store:
                 written.append(self._put(analysis, name, chunk, whole))
         _on_disk(written)
 
+    @inserts_parameters
     def finish(self, chunk: int, place: np.ndarray) -> None:
-        """Mark a chunk as finished, with these orbits and no others; called when all else is on the disk."""
+        """Mark a chunk as finished, after all else is on the disk.
+
+        Parameters
+        ----------
+        {chunk_number}
+        place : ndarray of int, shape (orbits,)
+            Numbers of its orbits within the chunk. The other points have none.
+        """
         points = self.points(chunk)
         done = np.full(points.stop - points.start, ABSENT, np.int8)
         done[place] = DONE
@@ -149,8 +241,19 @@ class Store:
         _on_disk(self._sealed(chunk))
         _on_disk([self._put("launch", "finished", chunk, done)])
 
+    @inserts_parameters
     def forget(self, chunk: int) -> None:
-        """Mark a chunk as not finished, before it is changed; its pieces must be what was written there."""
+        """Mark a chunk as not finished, before it is changed.
+
+        Parameters
+        ----------
+        {chunk_number}
+
+        Raises
+        ------
+        ValueError
+            If a piece of the chunk is damaged.
+        """
         self.verify(range(chunk, chunk + 1))
         points = self.points(chunk)
         kept = self._seals.of(chunk)
@@ -159,7 +262,18 @@ class Store:
         self._written[chunk] = kept
 
     def verify(self, chunks: range | None = None) -> None:
-        """Refuse a store if a piece of a finished chunk, of all or some of them, is not what was written there."""
+        """Compare the pieces of finished chunks with their checksums.
+
+        Parameters
+        ----------
+        chunks : range, optional
+            Numbers of the chunks. Default: all.
+
+        Raises
+        ------
+        ValueError
+            If a piece is damaged.
+        """
         chosen = range(self.chunks) if chunks is None else chunks
         for _, array in sealed_arrays(self.root, self.facts):
             array.verify(chosen)
@@ -182,9 +296,22 @@ class Store:
             self._seals.keep(chunk, {name: number for name, number in kept.items() if name == "launch/z0"})
             _on_disk([self._seals.file(chunk)])
 
+    @inserts_parameters
     def read(self, analysis: str, points: slice | None = None, **given: Any) -> Any:
-        """Return the result of the finished orbits, all or those between some points; given: values of your own
-        classes, by field.
+        """Return the result of the finished orbits.
+
+        Parameters
+        ----------
+        {analysis_name}
+        points : slice, optional
+            Points of the launch set. Default: all.
+        **given : Any
+            Fields of the result that have values of user-defined classes, by name.
+
+        Returns
+        -------
+        Result
+            The result.
         """
         part = points or slice(0, self.orbits)
         there = self.root["launch/finished"][part] == DONE
@@ -201,7 +328,13 @@ class Store:
             return unpacked("", self.facts["contents"][analysis], arrays, given)
 
     def tell(self, **facts: Any) -> None:
-        """Change the root's record of the job, in one move."""
+        """Change the record of the job in the root of the store, in one move.
+
+        Parameters
+        ----------
+        **facts : Any
+            New values by key.
+        """
         self._stays()
         self.facts = {**self.facts, **facts}
         path = self.path / "zarr.json"

@@ -121,7 +121,18 @@ class Model:
     """Inertia of a body. [1]"""
 
     def build(self) -> Any:
-        """Return the model, refusing parameters that it does not have."""
+        """Return the model of the table.
+
+        Returns
+        -------
+        model
+            The model.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the model does not have a given parameter, or a value is wrong.
+        """
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
         if self.periodic is not None and self.map is None and self.hamiltonian is None and self.ode is None:
             raise OptionError.of("{periodic} belongs to {map}, {hamiltonian} or {ode}")
@@ -149,7 +160,13 @@ class Model:
         return self.formula, self.hamiltonian, self.map, self.ode
 
     def canonical(self) -> Model:
-        """Return the same with the model's name as it is written here."""
+        """Return the table with the canonical name of the model.
+
+        Returns
+        -------
+        Model
+            The table.
+        """
         return self if self.model is None else replace(self, model=spelled(self.model, OWN))
 
     def _by_parameters(self, key: str, given: dict[str, float]) -> Any:
@@ -270,7 +287,23 @@ class EnergySurface:
     """Crossings where the section function increases (+1), decreases (-1) or both (0). [+1]"""
 
     def build(self, system: System) -> Any:
-        """Return the section; refuse an energy that is not given. A map has neither."""
+        """Return the section of the table.
+
+        Parameters
+        ----------
+        system : object
+            System of the job.
+
+        Returns
+        -------
+        Section
+            The section, or None for a map.
+
+        Raises
+        ------
+        ValueError
+            If the energy is missing or a value is wrong.
+        """
         if system.iterated:
             check_given(
                 system,
@@ -290,12 +323,36 @@ class EnergySurface:
         return self.section_of(system)
 
     def escape(self, system: System, status: np.ndarray) -> str | None:
-        """Return a note on the energy where orbits escaped; None where there is none."""
+        """Return a note on the energy if orbits have escaped.
+
+        Parameters
+        ----------
+        system : object
+            System of the job.
+        status : ndarray of int
+            Statuses of the orbits.
+
+        Returns
+        -------
+        str
+            The note, or None if no orbit has escaped.
+        """
         gone = np.isin(status, (Status.ESCAPED, Status.NONFINITE)).any()
         return may_escape(system, self.energy, self.p_eta, self.p_gamma) if gone and self.energy is not None else None
 
     def section_of(self, system: System) -> Any:
-        """Return the section, None of a map."""
+        """Return the section of the table without a check of the energy.
+
+        Parameters
+        ----------
+        system : object
+            System of the job.
+
+        Returns
+        -------
+        Section
+            The section, or None for a map.
+        """
         if system.iterated:
             return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
@@ -305,7 +362,13 @@ class EnergySurface:
         return section_named(text, system, int(self.direction), argument=option("section"))
 
     def canonical(self) -> EnergySurface:
-        """Return the same with the section as it is written here."""
+        """Return the table with the canonical form of the section.
+
+        Returns
+        -------
+        EnergySurface
+            The table.
+        """
         return self if self.section is None else replace(self, section=canonical(self.section))
 
 

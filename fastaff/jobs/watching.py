@@ -19,10 +19,26 @@ PENDING = 256
 
 
 class Progress(NamedTuple):
-    """Progress of a job: finished orbits and all, seconds since it began or went on, orbits per second and crossings
-    per second of this run, seconds left, and counts of statuses so far by analysis.
+    """Progress of a job; as text it is one line.
 
-    As text it is one line: ``on_chunk=lambda progress, chunk: print(progress, end="\\r")`` shows it, in notebooks too.
+    For example, ``on_chunk=lambda progress, chunk: print(progress, end="\\r")`` shows it, in notebooks too.
+
+    Attributes
+    ----------
+    orbits : int
+        Number of finished orbits.
+    of : int
+        Number of all orbits.
+    seconds : float
+        Wall time since the job began or was resumed, in seconds.
+    rate : float
+        Orbits per second of this run.
+    crossings : float
+        Crossings per second of this run.
+    left : float
+        Estimated remaining time in seconds.
+    statuses : dict of dict of int
+        Numbers of orbits so far by analysis and name of the status.
     """
 
     orbits: int
