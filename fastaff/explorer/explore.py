@@ -65,35 +65,36 @@ def explore(
     fixed: Mapping[str, float] | None = None,
     out: StrPath | None = None,
 ) -> Path:
-    """Write the explorer of a system, one HTML file that needs no server, network or Python, and return its path.
+    """Write the explorer of a system, one HTML file that needs no server, network or Python.
 
     Parameters
     ----------
     model : model, optional
-        A Body with a doubly isotropic potential, a system of two degrees of freedom, H(q, p) and turning frames too, a
-        driven one of one coordinate, a map, or a flow of three variables or more (default: neo-Hookean; the page has
-        all named models anyway).
-    energy : float, energy, optional
-        None for a map, a flow or a driven system.
-    section : value of `fastaff.models.sections` or str, optional
-        Such as "alpha-turning", "beta=0.4", "x=0", for a driven system "t=0" (default: alpha-turning; or coordinate =
-        0, for the first coordinate whose section the energy reaches; the last variable of a flow = 0, or t = 0).
-    p_eta, p_gamma : float, action, default 0
-        Angular momenta of a body's planes.
+        Body with a doubly isotropic potential, or system of two degrees of freedom, with H(q, p) and rotating frames.
+        Driven systems of one coordinate, maps, and ODE systems of three or more variables are supported too. Default:
+        the neo-Hookean body. The page has all named models anyway.
+    energy : float, optional
+        Energy of the orbits. None for a map, an ODE or a driven system.
+    section : Section or str, optional
+        Surface of section, for example ``"alpha-turning"``, ``"beta=0.4"``, ``"x=0"``, or ``"t=0"`` for a driven
+        system. Default: alpha-turning, the first coordinate = 0 whose section the energy reaches, the last variable of
+        an ODE = 0, or t = 0.
+    p_eta, p_gamma : float, default 0
+        Angular momenta of the planes of a body.
     accuracy : float, default 1e-10
         Relative error of the first crossings.
-    scheme : splitting, collocation or str, optional
-        Default: the splitting with the fewest forces; GAUSS16 for H(q, p), turning frames and flows, which take GAUSS8
-        too.
-    background : path or pair (result, EnergyGrid), optional
-        A chaos or frequency map over a grid of the section.
-    points : array (2, orbits), optional
-        Section coordinates at which orbits start when the page is opened; [] for none (default: the page starts twelve
-        over the region, or none where there is a background).
+    scheme : Scheme or str, optional
+        Splitting or collocation, or its name. Default: the splitting with the fewest force evaluations. H(q, p),
+        rotating frames and ODE systems use ``"GAUSS16"`` or ``"GAUSS8"``.
+    background : path_like or tuple, optional
+        Chaos or frequency map over a grid of the section: a file, or a pair of result and `EnergyGrid`.
+    points : array_like, shape (2, orbits), optional
+        Section coordinates of the first orbits of the page, [] for none. Default: twelve over the region, or none with
+        a background.
     fixed : dict of float, optional
-        For a map or flow, starting values of rows outside the plane, by name (0), as in `energy_grid`.
-    out : path, optional
-        The file (default: fastaff-explorer.html, with a number where it exists).
+        For a map or an ODE, initial values of the other rows by name. Default: 0.
+    out : path_like, optional
+        Path of the file. Default: fastaff-explorer.html, with a number if it exists.
 
     Returns
     -------
@@ -102,21 +103,23 @@ def explore(
 
     Raises
     ------
-    ValueError, TypeError
-        An argument is wrong; TypeError for a model whose methods cannot be printed as JavaScript, naming the construct.
+    TypeError
+        If an argument has the wrong type, or the methods of the model cannot be printed as JavaScript. The message
+        names the construct.
+    ValueError
+        If an argument has a wrong value.
     OSError
-        As in `open`.
+        If the file cannot be written.
 
     Notes
     -----
-    A map has neither energy nor section, accuracy nor scheme: a point of the plane of its first coordinate and momentum
-    (another pair is chosen in the page) is an orbit of iterates, angles of period T as they are in [-T/2, T/2). The
-    states of a driven system once a period are such a map; it has no energy either. Its x is an angle if the force has
-    the period 2 pi, or if the model declares it. H(q, p) is launched by the root of a momentum, the outermost with a
-    velocity of the direction's sign; it and flows run by collocation, iterated to rounding. The model's methods are
-    printed as JavaScript from their Python source, with the package's scheme coefficients; crossings are located on the
-    scheme's own flow. First crossings agree with `poincare_map` to the accuracy; later ones of chaotic orbits differ as
-    elementary functions of browsers do. The page executes nothing that is not in it.
+    - Energy, section, accuracy and scheme are not supported for maps and driven systems: a point of the plane is an
+      orbit of iterates, or of states once per period. Periodic coordinates of a map are in [-T/2, T/2).
+    - The coordinate of a driven system is periodic if the force has the period 2 pi or the model declares it.
+    - Orbits of H(q, p) start at the outermost root of a momentum with a velocity of the sign of the direction.
+    - Accuracy: first crossings agree with `poincare_map` to `accuracy`. Later ones of chaotic orbits differ with the
+      elementary functions of the browser.
+    - The page executes nothing that is not in it.
 
     References
     ----------
