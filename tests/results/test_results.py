@@ -405,7 +405,7 @@ def test_what_a_file_cannot_hold_is_to_be_given(tmp_path):
     same(files.load(path, section=mine), cut)
     fit = dataclasses.replace(made("TorusFit"), model=OneSpring(2.0))
     path = fit.save(tmp_path / "fit")
-    with pytest.raises(ValueError, match="give body"):
+    with pytest.raises(ValueError, match="give model"):
         files.load(path)
     same(files.load(path, model=fit.model), fit)
 
