@@ -291,7 +291,7 @@ LAUNCHES = {
 def test_a_launch_set_knows_its_section(launch, tmp_path):
     """The same map, recipe too, as by naming it again, also after a file; a section that is named is taken."""
     starts = LAUNCHES[launch]()
-    model = {"volume": CHAIN, "model": BODY}.get(launch, HH)
+    model = {"volume": CHAIN, "body": BODY}.get(launch, HH)
     said = {"crossings": 3, "max_time": 60.0, "step": 0.05}
     own = starts.call.arguments["section"]
     named = fa.poincare_map(model, starts.z0, section=starts.section, **said)
