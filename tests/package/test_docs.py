@@ -157,8 +157,9 @@ def shortened(line):
     return line
 
 
-COMPUTES = list(dict.fromkeys(shortened(line) for line in printed() if len(line.split()) > 2 and "..." not in line))
-"""Those that are whole: of the others the names are looked at."""
+COMPUTES = [line for line in printed() if len(line.split()) > 2 and "..." not in line and "cache --clear" not in line]
+COMPUTES = list(dict.fromkeys(map(shortened, COMPUTES)))
+"""Those that are whole: of the others the names are looked at. The cache of compiled kernels is the user's."""
 
 LONG = "fastaff spectrum --m 0 --l 0 --levels 3 --scan"
 
