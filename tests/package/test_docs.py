@@ -111,9 +111,7 @@ def test_commands_of_readme_run(tmp_path, monkeypatch):
     from fastaff.cli.main import main
 
     monkeypatch.chdir(tmp_path)
-    (block,) = re.findall(
-        r"## Two commands\n.*?```console\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL
-    )
+    (block,) = re.findall(r"## Two commands\n.*?```console\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     commands = block.strip().splitlines()
     assert len(commands) == 2
     assert commands[0] == "fastaff explore"  # nothing to compile, something to see
