@@ -237,6 +237,31 @@ def test_every_public_name_is_on_one_page():
             assert name in own or id(getattr(import_module(module), name)) in values, f"{module}.{name}"
 
 
+def test_every_field_of_every_result_has_a_meaning():
+    """The page of result classes lacks no field, and explains none that is gone."""
+    reference, fields = import_module("reference"), import_module("result_fields")
+    found = {}
+    for page in reference.PAGES.values():
+        for module, name in reference.members(page):
+            value = getattr(import_module(module), name)
+            if fields.is_result(value):
+                found[name] = value
+    assert {*fields.MEANINGS} <= {*found}
+    for name, cls in found.items():
+        assert {*fields.MEANINGS.get(name, ())} <= {*fields.fields(cls)}, name
+        for field in fields.fields(cls):
+            assert fields.meaning(cls, field), (name, field)
+    assert "| `nu` | angle, orbit | cycles/time |" in fields.table(found["FrequencyMap"])
+
+
+def test_every_status_and_class_is_explained():
+    text = (DOCS / "reference" / "statuses-and-classes.md").read_text()
+    kinds = (fastaff.Status, fastaff.Classification, fastaff.periodic.Stability, fastaff.periodic.Event)
+    for kind in kinds:
+        for member in kind:
+            assert f"| {member.value} | `{member.name}` |" in text, member
+
+
 OUTCOMES = ("Classification", "Interrupted", "OrbitError", "Status")
 VERBS = {name: getattr(fastaff, name) for name in fastaff.__all__ if name not in OUTCOMES}
 VERBS = {name: value for name, value in VERBS.items() if callable(value)}
