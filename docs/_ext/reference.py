@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import job_tables
 import numpy as np
 import result_fields
 
@@ -272,6 +273,7 @@ def write_pages(app: Any) -> None:
     write_if_changed(source / "_generated" / "commands.md", command_line())
     write_if_changed(source / "_generated" / "systems.md", systems())
     write_if_changed(source / "_generated" / "result-fields.md", results())
+    write_if_changed(source / "_generated" / "jobs.md", job_tables.text())
 
 
 def resolve(app: Any, env: Any, node: Any, text: Any) -> Any:

@@ -137,7 +137,7 @@ MEANINGS = {
         "nu": "frequencies of the lines; signals come first here",
         "amplitude": "complex amplitudes",
         "error": "error estimate of `nu`; inf for a missing line",
-        "residual": "root mean square of the signal without these lines, relative to the signal",
+        "residual": "root mean square of the signal without these lines",
     },
     "Resonances": {
         "max_order": "largest order searched",
