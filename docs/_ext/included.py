@@ -1,5 +1,8 @@
-"""Pages that are files elsewhere in the repository: `<!-- page: ../CHANGELOG.md -->` becomes that file, its links as
-seen from the site, and `<!-- history: ../bench/history -->` a table of the files of releases in that folder.
+"""Pages that are files elsewhere in the repository, marked by comments that a build replaces.
+
+`<!-- page: ../CHANGELOG.md -->` becomes that file, its links as seen from the site.
+`<!-- page: ../README.md from ## B before ## C -->` becomes a part of one, and
+`<!-- history: ../bench/history -->` a table of the files of releases in that folder.
 """
 
 from __future__ import annotations
@@ -10,7 +13,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-MARK = re.compile(r"<!-- page: (\S+) -->")
+MARK = re.compile(r"<!-- page: (\S+)(?: from (#+ .+?))?(?: before (#+ .+?))? -->")
 HISTORY = re.compile(r"<!-- history: (\S+) -->")
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)#\s]+)(#[^)\s]*)?\)")
 
@@ -29,6 +32,18 @@ def relinked(text: str, source: Path, page: Path, pages: dict[Path, Path]) -> st
         return f"{found[1]}{Path(os.path.relpath(path, page.parent)).as_posix()}{found[3] or ''})"
 
     return LINK.sub(link, text)
+
+
+def part(text: str, begin: str | None, end: str | None) -> str:
+    """Return the text from one heading on, or from its beginning, to before another one, or to its end."""
+    lines = text.splitlines(keepends=True)
+    headings = [line.rstrip() for line in lines]
+    for heading in (begin, end):
+        if heading is not None and heading not in headings:
+            raise ValueError(f"there is no heading {heading!r}")
+    first = 0 if begin is None else headings.index(begin)
+    last = len(lines) if end is None else headings.index(end)
+    return "".join(lines[first:last])
 
 
 def history(files: list[Path]) -> str:
@@ -55,7 +70,8 @@ def include(app: Any, docname: str, content: list[str]) -> None:
         def text(found: re.Match[str]) -> str:
             source = (page.parent / found[1]).resolve()
             app.env.note_dependency(str(source))
-            return relinked(source.read_text(), source, page.resolve(), pages)
+            chosen = part(source.read_text(), found[2], found[3])
+            return relinked(chosen, source, page.resolve(), pages)
 
         def table(found: re.Match[str]) -> str:
             files = sorted((page.parent / found[1]).glob("*.json"))

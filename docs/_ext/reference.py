@@ -8,7 +8,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import job_tables
 import numpy as np
+import result_fields
 
 import fastaff
 from fastaff.chaos.indicators import INDICATORS
@@ -245,6 +247,17 @@ def systems() -> str:
     return "\n".join(lines)
 
 
+def results() -> str:
+    """Return the tables of all result classes and their fields as Markdown."""
+    pages = []
+    for name, page in PAGES.items():
+        entries = [(module, getattr(import_module(module), entry)) for module, entry in members(page)]
+        chosen = [(module, entry) for module, entry in entries if result_fields.is_result(entry)]
+        if chosen:
+            pages.append((page.title, name, chosen))
+    return result_fields.text(pages)
+
+
 def write_if_changed(path: Path, text: str) -> None:
     """Write a file unless it has this text already, so that Sphinx reads again only what is new."""
     path.parent.mkdir(exist_ok=True)
@@ -259,6 +272,8 @@ def write_pages(app: Any) -> None:
         write_if_changed(source / "api" / f"{name}.rst", page_text(name))
     write_if_changed(source / "_generated" / "commands.md", command_line())
     write_if_changed(source / "_generated" / "systems.md", systems())
+    write_if_changed(source / "_generated" / "result-fields.md", results())
+    write_if_changed(source / "_generated" / "jobs.md", job_tables.text())
 
 
 def resolve(app: Any, env: Any, node: Any, text: Any) -> Any:

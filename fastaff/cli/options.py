@@ -39,15 +39,14 @@ except ImportError:  # `main` says so in one line
         return lambda options: options
 
 
-HELP = """Poincaré sections, frequency maps and chaos maps of planar affinely-rigid bodies.
+HELP = """Compute Poincaré sections, frequency maps and chaos maps of many orbits.
 
-Each command computes many orbits on all cores, draws a PNG and writes an .npz file with the numbers, all
-parameters, versions and the seed (read it with `fastaff.files.load`, or `contents`). Ctrl-C stops within a second and
-keeps what is finished, as do SIGTERM and SIGHUP; several in a row are one. Exit codes: 0, 2 for wrong input, 130 after
-any of these, 141 where the reader of a pipe has left.
+Commands that compute use all cores, draw a PNG and write an .npz file with the numbers, all parameters, versions and
+the seed; `fastaff.load` reads it. Ctrl-C, SIGTERM or SIGHUP stops within a second and keeps what is finished. Exit
+codes: 0; 1 if `doctor` finds a fault; 2 for wrong input; 130 after a stop; 141 if the reader of a pipe has left.
 
-Large grids are jobs: the same flags with `--write-job map.toml` write one, `fastaff run map.toml` computes it into a
-store that is complete up to wherever it is stopped, `fastaff resume map.zarr` goes on, here or on other machines.
+Large grids are jobs: `--write-job map.toml` writes one, `fastaff run map.toml` computes it into a store, and
+`fastaff resume map.zarr` resumes it, here or on other machines.
 
 Start with one of
 

@@ -28,7 +28,7 @@ class RunOptions:
     """How to integrate."""
 
     accuracy: float | None = None
-    """Error wanted, in sizes of the orbit: steps are halved until it is reached. Not of chaos maps. [none asked]"""
+    """Tolerance, relative to the size of the orbit. Not for chaos maps. [1e-10; 1e-11 for frequencies]"""
     scheme: str | None = None
     """LEAPFROG, YOSHIDA4, BLANES_MOAN6, BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8, SOFRONIOU_SPALETTA8,
     SOFRONIOU_SPALETTA10, RKN12, RK4, DOP853 and VERNER9 (both adaptive). [the cheapest for the accuracy, KAHAN_LI8 with

@@ -65,7 +65,7 @@ RESERVED = ("mu", "domain", "coordinates", "momenta", "periodic", "masses", "vec
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """The body."""
+    """The system."""
 
     model: str | None = None
     """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam); with
@@ -83,13 +83,13 @@ class Model:
     lam: float | None = None
     """Coupling of henon-heiles [1]."""
     formula: str | None = None
-    """Potential energy of a body of your own, such as `C/2*(D1**2+D2**2) + C/(D1*D2)`, instead of a model."""
+    """Potential of a body, such as `C/2*(D1**2+D2**2) + C/(D1*D2)`, instead of a model."""
     hamiltonian: str | None = None
-    """Potential energy of a system p^2/2 + V of your own, such as `(x**2+y**2)/2 + x**2*y - y**3/3`; with --momenta the
+    """Potential of a system p^2/2 + V, such as `(x**2+y**2)/2 + x**2*y - y**3/3`; with --momenta the
     whole of H.
     """
     map: str | None = None
-    """Map of your own, such as `p1 = p + K*sin(x); x1 = x + p1`."""
+    """Iterated map, such as `p1 = p + K*sin(x); x1 = x + p1`."""
     periodic: list[str] | None = None
     """NAME=PERIOD of a variable of --map that winds, or a coordinate of --hamiltonian that is an angle, such as
     `x=2*pi`; once for each.
@@ -99,7 +99,7 @@ class Model:
     momenta: str | None = None
     """Momenta in the text of --hamiltonian, one for each coordinate, such as "p1 p2": any H(q, p)."""
     rotation: str | None = None
-    """Rate at which the frame of the first two coordinates of --hamiltonian turns, a number or a formula."""
+    """Rotation rate of the frame of the first two coordinates of --hamiltonian, a number or a formula."""
     magnetic: str | None = None
     """Charge times a uniform magnetic field across the first two coordinates of --hamiltonian."""
     vector_potential: list[str] | None = None
@@ -109,11 +109,11 @@ class Model:
     friction: str | None = None
     """Rate at which --hamiltonian loses its momenta, a number or a formula of the parameters."""
     ode: str | None = None
-    """Equations of motion of your own, such as `x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z`."""
+    """ODE system, such as `x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z`."""
     parameter: list[str] | None = None
     """NAME=VALUE of a letter in the formula, or of a map; once for each."""
     domain: str | None = None
-    """Formula that is positive where the potential lives. [from logarithms, roots and poles]"""
+    """Formula that is positive in the domain of the potential. [from logarithms, roots and poles]"""
     drive_period: str | None = None
     """Period in the time t of --hamiltonian, a number or a formula of the parameters such as `2*pi/w`: a driven system.
     """
@@ -272,7 +272,7 @@ def _rate(text: str | None) -> float | str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class EnergySurface:
-    """Where the orbits live."""
+    """Energy and section of the orbits."""
 
     energy: float | None = None
     """Energy of every orbit. Required."""

@@ -85,27 +85,35 @@ def test_code_of_pages_is_code_that_runs():
             assert f"notebook <{page.stem}.ipynb>" in page.read_text(), page
 
 
-def test_python_of_readme_runs(capsys):
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
-    assert len(blocks) == 2
+def test_python_of_readme_runs(capsys, tmp_path, monkeypatch):
+    """What it prints is what its comments say."""
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     names = {}
-    for block in blocks:
-        exec(compile(block, "README.md", "exec"), names)
-    assert (names["cut"].status == fastaff.Status.OK).all()
-    assert names["cut"].points.shape[1] == 200
-    assert abs(names["solvable"].potential.C - 1.0) == 0
-    again = fastaff.action_angles(names["solvable"], names["later"])
-    assert abs(again.J - names["tori"].J).max() < 1e-11
-    assert "OK" in capsys.readouterr().out
+    exec(compile(block, "README.md", "exec"), names)
+    assert (names["section"].status == fastaff.Status.OK).all()
+    assert (names["freq"]["error_x"][:2] < 1e-6).all()
+    (said,) = re.findall(r"print\(chaos.summary\(\)\)  # (.*)", block)
+    assert said in capsys.readouterr().out
+    assert np.array_equal(fastaff.load("section.npz").points, names["section"].points, equal_nan=True)
+    sys.modules["matplotlib.pyplot"].close("all")
+
+
+def test_readme_is_one_screenful_of_facts():
+    """A reader sees all of it in five minutes: at most 120 lines, and at most 8 measured rows beside other programs."""
+    lines = (ROOT / "README.md").read_text().splitlines()
+    assert len(lines) <= 120
+    comparison = lines[lines.index("## Comparison") : lines.index("## Documentation")]
+    assert len([line for line in comparison if " × " in line and line.startswith("|")]) <= 8
 
 
 def test_commands_of_readme_run(tmp_path, monkeypatch):
     from fastaff.cli.main import main
 
     monkeypatch.chdir(tmp_path)
-    (block,) = re.findall(r"```console\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    (block,) = re.findall(r"## Two commands\n.*?```console\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     commands = block.strip().splitlines()
-    assert len(commands) == 3
+    assert len(commands) == 2
     assert commands[0] == "fastaff explore"  # nothing to compile, something to see
     for command in commands:
         program, *words = command.split()
@@ -228,6 +236,29 @@ def test_every_public_name_is_on_one_page():
         values = {id(getattr(import_module(owner), name)) for owner, name in entries}
         for name in import_module(module).__all__:
             assert name in own or id(getattr(import_module(module), name)) in values, f"{module}.{name}"
+
+
+def test_every_field_of_every_result_has_a_meaning():
+    """Docstrings of results explain all fields in their order, which the page of result classes shows."""
+    reference, fields = import_module("reference"), import_module("result_fields")
+    found = {}
+    for page in reference.PAGES.values():
+        for module, name in reference.members(page):
+            value = getattr(import_module(module), name)
+            if fields.is_result(value):
+                found[name] = value
+    for name, cls in found.items():
+        assert [*fields.meanings(cls)] == fields.fields(cls), name
+        assert all(fields.meanings(cls).values()), name
+    assert "| `nu` | angle, orbit | cycles/time |" in fields.table(found["FrequencyMap"])
+
+
+def test_every_status_and_class_is_explained():
+    text = (DOCS / "reference" / "statuses-and-classes.md").read_text()
+    kinds = (fastaff.Status, fastaff.Classification, fastaff.periodic.Stability, fastaff.periodic.Event)
+    for kind in kinds:
+        for member in kind:
+            assert f"| {member.value} | `{member.name}` |" in text, member
 
 
 OUTCOMES = ("Classification", "Interrupted", "OrbitError", "Status")
@@ -379,6 +410,17 @@ def test_files_of_the_repository_become_pages(tmp_path):
         included.relinked(text, source, page, pages)
         == "[b](b.md#x) [c](c.md) ![d](../figures/d.png) [e](https://e.org)"
     )
+
+
+def test_a_part_of_a_file_becomes_part_of_a_page():
+    """From a heading on, before a heading, or both; a heading that the file does not have is an error."""
+    included = import_module("included")
+    text = "# A\n\n## B\nb\n\n## C\nc\n"
+    assert included.part(text, None, "## B") == "# A\n\n"
+    assert included.part(text, "## B", "## C") == "## B\nb\n\n"
+    assert included.part(text, "## C", None) == "## C\nc\n"
+    with pytest.raises(ValueError, match="## D"):
+        included.part(text, "## D", None)
 
 
 def test_a_command_that_fails_ends_the_build(capsys):

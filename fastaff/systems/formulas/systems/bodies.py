@@ -172,8 +172,8 @@ def AffineBody(
 
     References
     ----------
-    Martens & Slawianowski, section 7, EQ6.17-EQ6.22 (corrected: docs/physics); Slawianowski et al. 2004, Rep. Math.
-    Phys. 54, 333.
+    Martens & Slawianowski, section 7, EQ6.17-EQ6.22 (corrected: docs/reference/formulas); Slawianowski et al. 2004,
+    Rep. Math. Phys. 54, 333.
 
     Examples
     --------
