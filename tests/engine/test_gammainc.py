@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import mpmath
 import numba
 import numpy as np
@@ -13,7 +15,7 @@ from fastaff.engine.incomplete_gamma import gammainc
 from fastaff.engine.jit import JIT_DISABLED
 from fastaff.exchange.sources import source
 from fastaff.explorer.javascript import Refused, ScriptPart, printed
-from fastaff.systems.formulas.gammainc import MOST_A
+from fastaff.systems.formulas.gammainc import MOST_A, incomplete_gamma
 
 RNG = np.random.default_rng(31)
 FIRSTS = [0.1, 0.6, 1.0, float(RNG.uniform(0.05, 3)), float(RNG.uniform(0.05, 3)), float(MOST_A)]
@@ -129,3 +131,15 @@ def test_what_does_not_know_it_says_so():
     assert "gamma" not in source(alone, "c").replace(alone.formula, "")
     with pytest.raises(Refused, match="the call of gammainc cannot be printed as JavaScript"):
         printed(ScriptPart(model, ()), "potential_energy", ["q0"], [])
+
+
+@pytest.mark.parametrize("digits", [15, 60, 500])
+def test_many_digits_obey_the_recurrence(digits):
+    """P(1, x) = 1 - e^-x, and P(a + 1, x) = P(a, x) - x^a e^-x/gamma(a + 1), from tiny x to where P is 1."""
+    rng = random.Random(digits)
+    with mpmath.workdps(digits):
+        for x in (mpmath.mpf(10) ** rng.uniform(-20, 4) for _ in range(20)):
+            a = mpmath.mpf(rng.uniform(0.05, 3))
+            step = mpmath.power(x, a) * mpmath.exp(-x) / mpmath.gamma(a + 1)
+            assert abs(incomplete_gamma(mpmath.mpf(1), x) + mpmath.expm1(-x)) <= 10 * mpmath.eps
+            assert abs(incomplete_gamma(a + 1, x) + step - incomplete_gamma(a, x)) <= 10 * mpmath.eps

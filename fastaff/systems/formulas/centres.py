@@ -10,6 +10,8 @@ import random
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from .gammainc import numeric
+
 DIGITS = 500
 """Decimal digits in which limits at centres are computed."""
 
@@ -146,7 +148,7 @@ def _limits(mp: Any, V: Any, centre: Centre, coordinates: Sequence[Any]) -> tupl
     zeros = [_zero(mp, centre.square, [*coordinates], others, values, rng) for _ in range(DRAWS)]
     if any(zero is None for zero in zeros):
         return False, False
-    alone = [sympy.lambdify([*coordinates, *others], V, "mpmath", dummify=True)]
+    alone = [sympy.lambdify([*coordinates, *others], V, numeric("mpmath"), dummify=True)]
     if not all(_alike(mp, alone, zero, values, rng, 0)[0] for zero in zeros if zero is not None):
         return False, False  # a pole, whose derivatives need not be formed
     gradient = [V.diff(x) for x in coordinates]
@@ -154,7 +156,9 @@ def _limits(mp: Any, V: Any, centre: Centre, coordinates: Sequence[Any]) -> tupl
     if any(e.has(sympy.sign, sympy.Derivative, sympy.DiracDelta) for e in gradient):  # of another modulus
         return False, False
     second = [e for e in second if not e.has(sympy.sign, sympy.Derivative, sympy.DiracDelta)]
-    every = [sympy.lambdify([*coordinates, *others], e, "mpmath", dummify=True) for e in (V, *gradient, *second)]
+    every = [
+        sympy.lambdify([*coordinates, *others], e, numeric("mpmath"), dummify=True) for e in (V, *gradient, *second)
+    ]
     found = [_alike(mp, every, zero, values, rng, len(coordinates)) for zero in zeros if zero is not None]
     forces, curved = (all(entry[k] for entry in found) for k in range(2))
     return forces, forces and curved
@@ -166,10 +170,11 @@ def _zero(mp: Any, square: Any, coordinates: list, others: list, values: list, r
 
     arguments = [*coordinates, *others]
     n = len(coordinates)
-    function = sympy.lambdify(arguments, square, "mpmath", dummify=True)
-    slopes = [sympy.lambdify(arguments, square.diff(x), "mpmath", dummify=True) for x in coordinates]
+    function = sympy.lambdify(arguments, square, numeric("mpmath"), dummify=True)
+    slopes = [sympy.lambdify(arguments, square.diff(x), numeric("mpmath"), dummify=True) for x in coordinates]
     hessian = [
-        [sympy.lambdify(arguments, square.diff(x, y), "mpmath", dummify=True) for y in coordinates] for x in coordinates
+        [sympy.lambdify(arguments, square.diff(x, y), numeric("mpmath"), dummify=True) for y in coordinates]
+        for x in coordinates
     ]
     at = [mp.mpf(rng.uniform(-1.5, 1.5)) for _ in coordinates]
     low = abs(function(*at, *values)) * mp.mpf(10) ** (2 * NEARER - 40)

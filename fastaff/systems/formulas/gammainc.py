@@ -11,15 +11,38 @@ GAMMAINC = "gammainc"
 MOST_A = 4
 """Largest first argument of gammainc for which `engine.incomplete_gamma` is accurate."""
 
+CERTAIN = 2.4
+"""Slightly more than log(10): e^-x is below 10^-digits for x beyond this times the digits."""
+
 
 def incomplete_gamma(a: Any, x: Any) -> Any:
     """Return P(a, x), the regularised lower incomplete gamma function, of floats and arrays, or of mpmath's numbers."""
     for number in (a, x):
         if hasattr(number, "context"):
-            return number.context.gammainc(a, 0, x, regularized=True)
+            return _by_series(number.context, a, x)
     from scipy.special import gammainc
 
     return gammainc(float(a), x)
+
+
+def _by_series(mp: Any, a: Any, x: Any) -> Any:
+    """Return P(a, x) of mpmath's numbers: x^a e^-x times a sum of positive terms, over gamma(a).
+
+    mpmath tries an asymptotic series first, which takes minutes for some x at hundreds of digits.
+    """
+    if not x > 0:
+        return mp.gammainc(a, 0, x, regularized=True)
+    if x > CERTAIN * mp.dps + 60:  # the rest of the integral is below the last digit, for a up to MOST_A
+        return mp.mpf(1)
+    with mp.extradps(10):
+        term = total = 1 / mp.mpf(a)
+        n = 0
+        while term > total * mp.eps:
+            n += 1
+            term *= x / (a + n)
+            total += term
+        result = mp.power(x, a) * mp.exp(-x) * total / mp.gamma(a)
+    return +result
 
 
 @functools.cache
@@ -41,7 +64,7 @@ def gammainc() -> Any:
         def _eval_evalf(self, prec: int) -> Any:
             with mpmath.workprec(prec + 10):
                 a, x = (entry._to_mpmath(prec + 10) for entry in self.args)
-                return sympy.Float._new(mpmath.gammainc(a, 0, x, regularized=True)._mpf_, prec)
+                return sympy.Float._new(incomplete_gamma(a, x)._mpf_, prec)
 
     Gammainc.__name__ = GAMMAINC
     return Gammainc
