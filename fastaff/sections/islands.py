@@ -240,7 +240,7 @@ def islands(
     --------
     >>> turns = fa.poincare_map(fa.models.HenonMap(), [[0.1, 0.2], [0.0, 0.0]], crossings=1000)
     >>> print(fa.islands(turns).summary())
-    2 REGULAR
+    2 orbits: 2 regular
     """
     points, counts = _checked(points)
     max_islands = whole("max_islands", max_islands, 1)
