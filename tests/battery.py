@@ -811,7 +811,7 @@ def outcome(name, *replaced):
     except TooLong:
         took = time.process_time() - began
         return "accepted" if long and took < SECONDS else f"took more than {SECONDS:g} s"
-    except (TypeError, ValueError) as problem:
+    except (TypeError, ValueError, IndexError) as problem:
         text = str(problem)
         if not re.search(rf"(?<![a-zA-Z])({names})(?![a-rt-zA-Z])", text) and not own:
             return f"{type(problem).__name__} without the name {' or '.join(map(repr, wanted))}: {text[:200]}"

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..core.classification import Classification
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, flag, portion, whole
+from ..core.numbers import Passes, flag, listed, portion, shown, whole
 from ..core.status import Status, describe
 from ..engine.kernels.readings import LN10
 from ..results.calls import Starts, coerces_arguments, records_call
@@ -101,7 +101,7 @@ class ChaosMap(Result):
         names = self.__dict__.get("names", ())
         if name in names:
             return self.values[names.index(name)]
-        raise AttributeError(f"ChaosMap has no {name!r}; its indicators are {', '.join(names)}")
+        raise AttributeError(f"ChaosMap has no {shown(name)}; its indicators are {listed(names)}")
 
     @property
     def chaotic(self) -> np.ndarray:
@@ -156,12 +156,13 @@ class ChaosMap(Result):
         str
             Summary.
         """
-        fine = self.status == Status.OK
         kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
-        counts = ", ".join(f"{(kind & fine).sum()} {name}" for name, kind in kinds.items())
+        parts = [describe(self.status, kinds)]
+        if self.shares.completed > 1:
+            parts.append(self.shares.said())
         if self.undecided.any():
-            counts += f" (time {np.nanmedian(self.suggested_time[self.undecided]):.3g} may decide)"
-        return describe(self.status, counts)
+            parts.append(f"time {np.nanmedian(self.suggested_time[self.undecided]):.3g} may decide")
+        return "; ".join(parts)
 
 
 @coerces_arguments(z0=starts_of, scheme=scheme_of, indicators=indicators_of)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import entries, function, numbers, portion, positive, shown, texts
-from ..core.status import Status
+from ..core.status import Status, counted
 from ..results.calls import axes_of, coerces_arguments, names_of, records_call
 from ..results.result import Result, along
 from ..runs.launch import Callback
@@ -136,25 +136,23 @@ class ChaoticFraction(Result, axis=None):
         str
             Summary.
         """
+        kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
+        orbits = [f"{n} {name}" for name, count in kinds.items() if (n := int(count.sum()))]
+        lost = self.statuses.reshape(len(self.statuses), -1).sum(axis=1)
+        failed = [f"{n} {s.name} ({s.sentence})" for s, n in zip(Status, lost) if n and s != Status.OK]
+        said = "; ".join([", ".join(orbits), *failed] if orbits else failed)
+        total = f"{counted(int(self.orbits.sum()), 'orbit')} in {counted(self.orbits.size, 'case')}"
+        parts = [f"{total}{f': {said}' if said else ''}"]
+        if np.any(self.shares.completed):
+            parts.append(self.shares.said())
+        if self.undecided.any() and not (self.regular.any() or self.chaotic.any()):
+            parts.append(f"a longer time may decide, {MANY:g} natural periods or more")
+        if self.recomputed.any():
+            parts.append(f"{int(self.recomputed.sum())} recomputed with the fallback scheme")
         empty = int(np.count_nonzero(self.done & (self.orbits == 0)))
         late = int(np.count_nonzero(~self.done))
-        cases = [f"{self.orbits.size - empty - late} of {self.orbits.max(initial=0)} orbits"]
-        cases += [f"{empty} empty, where the energy reaches nothing"] if empty else []
-        cases += [f"{late} not done"] if late else []
-        kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
-        orbits = [f"{int(count.sum())} {name}" for name, count in kinds.items()]
-        lost = self.statuses.reshape(len(self.statuses), -1).sum(axis=1)
-        orbits += [f"{n} {s.name} ({s.sentence})" for s, n in zip(Status, lost) if n and s != Status.OK]
-        parts = [
-            f"{self.orbits.size} cases: {', '.join(cases)}",
-            f"{int(self.orbits.sum())} orbits: {', '.join(orbits)}",
-        ]
-        if self.recomputed.any():
-            parts.append(f"{int(self.recomputed.sum())} of them done again with the fallback scheme")
-        if np.isfinite(self.fraction).any():
-            parts.append(self.shares.said())
-        elif self.undecided.any():
-            parts.append(f"a longer time may decide, {MANY:g} natural periods or more")
+        parts += [f"{counted(empty, 'case')} without accessible points"] if empty else []
+        parts += [f"{counted(late, 'case')} not done"] if late else []
         return "; ".join(parts)
 
 
@@ -291,11 +289,11 @@ def chaotic_fraction(
     function("model", model)
     names = texts("names", names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
     if len(names) != len(values):
-        raise ValueError(f"names must be {len(values)}, one for each axis, got {names!r}")
+        raise ValueError(f"names must be {len(values)}, one for each axis, got {shown(names)}")
     if not (isinstance(indicators, (tuple, list)) and indicators and all(is_indicator(entry) for entry in indicators)):
         raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {shown(indicators)}")
     if fallback is not None and not (isinstance(fallback, RungeKutta) and fallback.adaptive):
-        raise TypeError(f"fallback must be an adaptive scheme such as fastaff.VERNER9, or None, got {fallback!r}")
+        raise TypeError(f"fallback must be an adaptive scheme such as fastaff.VERNER9, or None, got {shown(fallback)}")
     if not callable(time):
         time = positive("time", time)
     run = functools.partial(
@@ -325,7 +323,7 @@ def chaotic_fraction(
 def _axis(k: int, axis: Any) -> np.ndarray:
     values = np.array(numbers(f"axes[{k}]", axis))
     if values.ndim != 1 or not values.size or not np.isfinite(values).all():
-        raise ValueError(f"axes[{k}] must be a non-empty one-dimensional array of finite numbers, got {axis!r}")
+        raise ValueError(f"axes[{k}] must be a non-empty one-dimensional array of finite numbers, got {shown(axis)}")
     return values
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..core.classification import Classification
 from ..core.docstrings import inserts_parameters
 from ..core.names import named
-from ..core.numbers import real
+from ..core.numbers import listed, real, shown
 from ..runs import observers
 from ..runs.flow import Flow
 from ..runs.launch import Callback
@@ -209,7 +209,7 @@ def refuse(where: str, indicator: Any, system: System, flow: Flow | None = None)
     name = type(indicator).__name__
     needs += ["flow"] if getattr(indicator, "across_flow", False) else []
     if "energy" in needs:
-        instead = "those of tangent vectors, such as LyapunovSpectrum(), Lyapunov() and SALI()"
+        instead = "those of deviation vectors, such as LyapunovSpectrum() and SALI(),"
         check_needs(system, "an indicator of the energy", instead=instead, got=repr(indicator))
     if "flow" in needs:
         check_needs(system, "an indicator along the flow", argument=f"{where}, {indicator.name},", got=name)
@@ -222,29 +222,24 @@ def refuse(where: str, indicator: Any, system: System, flow: Flow | None = None)
 def checked_indicators(indicators: Any, system: System) -> tuple[Any, ...]:
     """Return the indicators if they suit the body."""
     if not isinstance(indicators, (tuple, list)) or not indicators:
-        instead = f": a class; write {indicators.__name__}()" if isinstance(indicators, type) else ""
+        instead = f". Use {indicators.__name__}()." if isinstance(indicators, type) else ""
         raise TypeError(
-            f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}{instead}"
+            f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {shown(indicators)}{instead}"
         )
     for k, entry in enumerate(indicators):
         if not is_indicator(entry):
-            if isinstance(entry, type):
-                hint = f": write {entry.__name__}()" if hasattr(entry, "calm") else ""
-            else:
-                members = (name for name in (*Indicator.__annotations__, *vars(Indicator)) if name[0] != "_")
-                missing = [name for name in dict.fromkeys(members) if not hasattr(entry, name)]
-                hint = f", which has no {', '.join(missing[:3])}"
-            raise TypeError(f"indicators must be values of fastaff.chaos.indicators, got {entry!r}{hint}")
+            hint = f". Use {entry.__name__}()." if isinstance(entry, type) and hasattr(entry, "calm") else ""
+            raise TypeError(f"indicators[{k}] must be an indicator or its name, got {shown(entry)}{hint}")
         where = f"indicators[{k}], {type(entry).__name__}"
         if entry.threshold is not None or not hasattr(entry, "default"):
             real(f"{where}.threshold", entry.threshold)
         entry.check(where, system.model)
         if type(entry.name) is not str or not entry.name.isidentifier():
-            raise ValueError(f"{where}.name must be a name such as 'entropy', got {entry.name!r}")
+            raise ValueError(f"{where}.name must be a name such as 'entropy', got {shown(entry.name)}")
         refuse(f"indicators[{k}]", entry, system)
     names = [entry.name for entry in indicators]
     if len(set(names)) < len(names):
-        raise ValueError(f"indicators must differ, got {', '.join(names)}")
+        raise ValueError(f"indicators must differ, got {listed(names)}")
     return tuple(indicators)
 
 

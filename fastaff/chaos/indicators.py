@@ -20,7 +20,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.names import named
-from ..core.numbers import whole
+from ..core.numbers import kind_of, whole
 from ..engine.kernels import readings
 from ..runs.requirements import current_system
 from ..systems.models.mechanics import System
@@ -452,7 +452,7 @@ class GALI(_Volume):
         """
         rows = moving_rows(current_system(model))
         if not 2 <= whole(f"{where}.count", self.count, 2) <= rows:
-            raise ValueError(f"GALI.count must be 2 ... {rows} for {type(model).__name__}, got {self.count}")
+            raise ValueError(f"GALI.count must be 2 ... {rows} for {kind_of(model)}, got {self.count}")
 
 
 _KNOWN: tuple[Any, ...] = (

@@ -88,13 +88,15 @@ class TangentIndicator(VectorIndicator):
         """
         rows = moving_rows(current_system(model))
         if not inspect.isfunction(getattr(self.reading, "py_func", self.reading)):
-            raise TypeError(f"{where}.reading must be a function reading(growth, i, *parameters), got {self.reading!r}")
+            raise TypeError(
+                f"{where}.reading must be a function reading(growth, i, *parameters), got {shown(self.reading)}"
+            )
         if self.judge is not None and not inspect.isfunction(self.judge):
-            raise TypeError(f"{where}.judge must be a function or None, got {self.judge!r}")
+            raise TypeError(f"{where}.judge must be a function or None, got {shown(self.judge)}")
         if whole(f"{where}.count", self.count, 1) > rows:
             raise ValueError(f"{where}.count must be 1 ... {rows} here, got {self.count}")
         if not isinstance(self.parameters, tuple):
-            raise TypeError(f"{where}.parameters must be a tuple of floats, got {self.parameters!r}")
+            raise TypeError(f"{where}.parameters must be a tuple of floats, got {shown(self.parameters)}")
         for j, number in enumerate(self.parameters):
             real(f"{where}.parameters[{j}]", number)
         flag(f"{where}.above", self.above)

@@ -79,6 +79,13 @@ class Shares(NamedTuple):
         """
         return Shares(*(count[sets] for count in self))
 
+    def open(self) -> str:
+        """Say the bounds of the fraction for all orbits."""
+        total = int(np.sum(self.completed))
+        if not total:
+            return "chaotic fraction unknown: no orbits"
+        return f"chaotic fraction {_span(self.bounds)} ({int(np.sum(self.undecided))} of {total} undecided)"
+
     def said(self) -> str:
         """Return the fraction as text, with its interval; for several sets the range of the fractions.
 
@@ -87,16 +94,14 @@ class Shares(NamedTuple):
         str
             Text. If orbits are undecided, the bounds for all orbits come first.
         """
-        if not np.isfinite(self.fraction).any():
-            return f"chaotic fraction unknown: none of {int(np.sum(self.completed))} orbits is decided"
+        total = int(np.sum(self.completed))
+        undecided = int(np.sum(self.undecided))
+        if undecided == total:
+            return self.open()
         ends = f"95 %: {_span(self.interval())}"
-        if not np.any(self.undecided):
+        if not undecided:
             return f"chaotic fraction {_span(self.fraction)} ({ends})"
-        share = _span(100 * _share(self.undecided, self.completed), 1)
-        return (
-            f"chaotic fraction {_span(self.bounds)} of all orbits, {share} % of them undecided; "
-            f"{_span(self.fraction)} of the decided ones ({ends})"
-        )
+        return f"{self.open()}, {_span(self.fraction)} of the decided orbits ({ends})"
 
 
 def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
@@ -104,6 +109,6 @@ def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
         return np.where(np.greater(whole, 0), np.divide(part, whole), np.nan)
 
 
-def _span(values: np.ndarray, digits: int = 3) -> str:
-    ends = dict.fromkeys(f"{end:.{digits}f}" for end in (np.nanmin(values), np.nanmax(values)))
-    return " ... ".join(ends)
+def _span(values: np.ndarray) -> str:
+    ends = dict.fromkeys(f"{round(float(end), 3):g}" for end in (np.nanmin(values), np.nanmax(values)))
+    return " to ".join(ends)

@@ -120,8 +120,8 @@ def _unit_vectors(deviation_vectors: Any, scale: np.ndarray) -> tuple[np.ndarray
     factors = np.abs(np.diagonal(np.linalg.qr(unit, mode="r"), axis1=1, axis2=2))
     if len(given) > len(scale) or not (factors > DEPENDENT).all():
         raise ValueError(
-            f"deviation_vectors must be at most {len(scale)} linearly independent vectors, got {len(given)} that "
-            "depend or vanish"
+            f"deviation_vectors must be at most {len(scale)} linearly independent vectors, got {len(given)} of lower "
+            "rank"
         )
     return given / scale, np.log(factors).T
 
@@ -368,8 +368,8 @@ class ChaosRun:
         shapes = [np.shape(part) for part in found] if isinstance(found, tuple) else []
         if shapes not in ([(self.orbits,), end, (self.orbits,)] for end in ((), (self.orbits,))):
             raise TypeError(
-                f"compute of the indicator {entry.name} must return values, what they are compared with, and statuses "
-                f"of {self.orbits} orbits, got {shown(found)}"
+                f"compute of the indicator {entry.name} must return values, references and statuses of {self.orbits} "
+                f"orbits, got {shown(found)}"
             )
         self.values[j], self.before[j], status = found
         fine = self.ensemble.status == Status.OK

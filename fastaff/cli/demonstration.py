@@ -262,7 +262,7 @@ def draw(chaotic: Portrait, integrable: Portrait) -> Any:
 
     figure = Figure(figsize=(12.6, 9.0), dpi=200)
     layout = figure.add_gridspec(
-        2, 4, width_ratios=(1, 1, 1, 0.04), left=0.055, right=0.94, bottom=0.15, top=0.93, wspace=0.36, hspace=0.34
+        2, 4, width_ratios=(1, 1, 1, 0.04), left=0.055, right=0.94, bottom=0.11, top=0.93, wspace=0.36, hspace=0.34
     )
     norm = plot.clipped(np.concatenate([chaotic.map.diffusion, chaotic.diffusion]))
     for row, p in enumerate((chaotic, integrable)):
@@ -270,7 +270,7 @@ def draw(chaotic: Portrait, integrable: Portrait) -> Any:
         last = _draw_row(p, axes, norm, row)
     bar = figure.colorbar(last, cax=figure.add_subplot(layout[:, 3]), extend="both")
     bar.set_label(r"diffusion   $\log_{10}\,\max_k\,|\nu_k^{(2)}-\nu_k^{(1)}|$   (cycles per unit time)")
-    figure.text(0.055, 0.018, _caption(chaotic, integrable), fontsize=8.2, va="bottom", linespacing=1.4)
+    figure.text(0.055, 0.018, _caption(chaotic, integrable), fontsize=8.2, va="bottom")
     return figure
 
 
@@ -289,7 +289,7 @@ def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> Any:
         p.map, ax=axes[2], x=x, y=y, shown=p.shown, norm=norm, colorbar=False, lines=lines, limits=limits, size=2.2
     )
     titles = (
-        (r"neo-Hookean body: section $p_\alpha=0$, rising", r"hyperelastic body: section $p_\alpha=0$, rising"),
+        (r"neo-Hookean body: section $p_\alpha=0$", r"hyperelastic body: section $p_\alpha=0$"),
         (r"same energy, all $p_\gamma$, at $p_\beta=0$", r"same energy, all $p_\gamma$, at $p_\beta=0$"),
         ("frequency map of (b)", "frequency map of (e): integrable, smooth"),
     )
@@ -307,25 +307,10 @@ def _padded(values: np.ndarray) -> tuple[float, float]:
 
 
 def _caption(chaotic: Portrait, integrable: Portrait) -> str:
-    a = chaotic
-    b = integrable
-    worst = max(float(np.max(np.asarray(p.map.energy_error))) for p in (a, b))
+    """Return one line: parameters and the meaning of lines; the rest is in the documentation."""
+    hidden = np.count_nonzero(~chaotic.shown), np.count_nonzero(~integrable.shown)
     return (
-        r"Units: $G=\mu=1$ (top, $K=2$, $E=1.5$) and $C=\mu=1$ (bottom, $E=3.5$); both energies are 1.5 above the "
-        r"minimum of the "
-        r"potential. $p_\eta=0.3$; $p_\gamma=0.2$ in (a), (d) and on the dashed lines."
-        "\n"
-        rf"Sections: {a.section.status.size} orbits × {a.section.points.shape[1]} crossings, grey: edge of the "
-        rf"accessible region. "
-        rf"(b), (e): {a.map.status.size} and {b.map.status.size} orbits over the time {a.map.time:g}, halves (1) and "
-        rf"(2). "
-        r"$\nu_{\rm area}$, $\nu_r$: librations of area and"
-        "\n"
-        r"size, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm "
-        r"area}=m\,\nu_r$, "
-        r"gaps or chaos beside them; orbits in their islands have the chain's own frequencies. "
-        rf"Not drawn: {np.count_nonzero(~a.shown)} orbits in (c) and"
-        "\n"
-        rf"{np.count_nonzero(~b.shown)} in (f), chaotic, undecided or in islands. "
-        rf"Colour scale clipped at 5 % and 95 % of the top row. Largest energy error {worst:.0e}."
+        r"$p_\eta=0.3$; $p_\gamma=0.2$ in (a), (d) and on the dashed lines. Lines $m\!:\!n$: resonances "
+        rf"$n\,\nu_{{\rm area}}=m\,\nu_r$. Not drawn: {hidden[0]} orbits in (c), {hidden[1]} in (f) without regular "
+        "frequencies of their own."
     )

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.names import named
-from ..core.numbers import shown
+from ..core.numbers import listed, shown
 from ..core.placing import write_atomically
 from ..jobs.analyses import ChaosOptions, FrequencyOptions, PoincareOptions, RunOptions
 from ..jobs.job import OPTIONS, Job
@@ -109,7 +109,7 @@ class Output:
         """Return the path without ending and number; in a folder that exists, the default there."""
         stem = self.out or Path(default)
         if stem.suffix.lower() in REFUSED:
-            raise OptionError(f"--out {stem}: figures are {', '.join(FORMATS)}")
+            raise OptionError(f"--out {stem}: figures are {listed(FORMATS)}")
         stem = stem / default if stem.is_dir() else stem
         stem = stem.with_suffix("") if stem.suffix.lower() in (".npz", *FORMATS) else stem
         if not stem.parent.is_dir():
@@ -259,7 +259,7 @@ def converted(kind: Any, tokens: Any) -> Any:
     if int in kinds:
         count = number("it", tokens[-1].value)
         if count != math.floor(count):
-            raise ValueError(f"it must be a whole number, got {tokens[-1].value!r}")
+            raise ValueError(f"it must be a whole number, got {shown(tokens[-1].value)}")
         return int(count)
     return cyclopts.convert(kind, tokens)
 
@@ -289,7 +289,7 @@ def size_of(text: str | None) -> float | None:
         if not 0 < size < math.inf:
             raise ValueError
     except ValueError:
-        raise OptionError(f"--memory must be a number of bytes, for example 500MB or 2GiB, got {text!r}") from None
+        raise OptionError(f"--memory must be a number of bytes, for example 500MB or 2GiB, got {shown(text)}") from None
     return size
 
 
@@ -300,7 +300,7 @@ def pair(takes: str, text: str) -> tuple[float, float]:
         if not (math.isfinite(first) and math.isfinite(second)):
             raise ValueError
     except ValueError:
-        raise OptionError(f"{takes}, got {text!r}") from None
+        raise OptionError(f"{takes}, got {shown(text)}") from None
     return first, second
 
 

@@ -201,9 +201,8 @@ def is_cold() -> bool:
 
 def finished(result: Any, seconds: float) -> str:
     """Return one line with the number of computed orbits, their speed and their errors."""
-    orbits = result.status.size
-    rate = f"{orbits / seconds:,.0f} orbits/s"
+    rate = f"{result.status.size / seconds:,.0f} orbits/s"
     if hasattr(result, "counts"):
         rate += f", {result.counts.sum() / seconds:,.0f} crossings/s"
     drift = f"largest energy error {result.energy_error.max():.1e}"
-    return f"{orbits} orbits{_crossings(result)} in {seconds:.1f} s: {rate}; {result.summary()}; {drift}"
+    return f"{result.summary()}; {seconds:.1f} s, {rate}; {drift}"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .numbers import an_array
+from .numbers import an_array, shown
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -15,19 +15,19 @@ Mask = NDArray[np.bool_]
 
 def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
     """Return `value` as floats of shape (*leading, ...); raise ValueError or TypeError that names the fault."""
-    takes = f"{name} takes finite real numbers of shape ({', '.join([*map(str, leading), '...'])})"
+    takes = f"{name} must be finite real numbers of shape ({', '.join([*map(str, leading), '...'])})"
     try:
         array = an_array(name, value)
-    except ValueError as problem:
-        raise ValueError(f"{takes}; {problem}") from None
+    except ValueError:
+        raise ValueError(f"{takes}, got {shown(value)}") from None
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{takes}; got {type(value).__name__} of {array.dtype}")
+        raise TypeError(f"{takes}, got {type(value).__name__} of {array.dtype}")
     if array.shape[: len(leading)] != leading:
-        raise ValueError(f"{takes}; got shape {array.shape}")
+        raise ValueError(f"{takes}, got shape {array.shape}")
     array = array.astype(np.float64, copy=False)
     if not np.isfinite(array).all():
         index = first(~np.isfinite(array))
-        raise ValueError(f"{takes}; got {array[index]} at index {index} (leave out orbits that have failed)")
+        raise ValueError(f"{takes}, got {array[index]} at index {index}. Leave out orbits that have failed.")
     return array
 
 

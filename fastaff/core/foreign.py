@@ -78,7 +78,7 @@ def call_for(value: Any) -> str:
     tool = adapter(value)
     for part, call in (("lattice", "iterated_map(lattice)"), ("system", "hamiltonian(potential)")):
         if hasattr(tool, part):
-            return f": a system of another tool; write fa.{call}"
+            return f". Use fa.{call}."
     return ""
 
 

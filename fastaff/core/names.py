@@ -6,7 +6,7 @@ import difflib
 import re
 from collections.abc import Iterable
 
-from .numbers import shown
+from .numbers import listed, shown
 
 BEGINS = 3
 """Least letters that count as the beginning of a name."""
@@ -23,7 +23,14 @@ def named(option: str, given: str, names: Iterable[str]) -> str:
     found = spelled(given, known)
     if found in known:
         return found
-    raise ValueError(f"{option} must be one of {', '.join(known)}, got {shown(given)}.{did_you_mean(given, known)}")
+    hint = did_you_mean(given, known)
+    raise ValueError(f"{option} must be one of {shortened(known, 90 - len(hint))}, got {shown(given, 40)}.{hint}")
+
+
+def shortened(names: Iterable[str], length: int) -> str:
+    """Return names with commas between them, the first that fit into a length."""
+    said = listed(names)
+    return said if len(said) <= length else f"{said[: length - 5].rpartition(', ')[0]}, ..."
 
 
 def spelled(given: str, names: Iterable[str]) -> str:

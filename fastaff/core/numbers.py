@@ -34,7 +34,7 @@ def positive(name: str, value: Any) -> float:
     """Return `value` as a finite float above 0."""
     number = real(name, value)
     if not number > 0.0:
-        raise ValueError(f"{name} must be positive, got {value!r}")
+        raise ValueError(f"{name} must be positive, got {shown(value)}")
     return number
 
 
@@ -42,7 +42,7 @@ def nonnegative(name: str, value: Any) -> float:
     """Return `value` as a finite float of at least 0."""
     number = real(name, value)
     if number < 0.0:
-        raise ValueError(f"{name} must be at least 0, got {value!r}")
+        raise ValueError(f"{name} must be at least 0, got {shown(value)}")
     return number
 
 
@@ -58,7 +58,7 @@ def real(name: str, value: Any) -> float:
         refuse_unit(name, value)
         raise TypeError(f"{name} must be a real number, got {shown(value)} ({type(value).__name__})") from None
     if not math.isfinite(number):
-        raise ValueError(f"{name} must be finite, got {value!r}")
+        raise ValueError(f"{name} must be finite, got {shown(value)}")
     return number
 
 
@@ -108,10 +108,12 @@ def an_array(name: str, value: Any) -> np.ndarray:
         raise TypeError(f"{name} must not mix numbers with True or False, got {shown(value)}")
     try:
         array = np.asarray(value)
-    except (ValueError, OverflowError) as problem:
-        raise ValueError(f"{name} must be an array of numbers, got {shown(value)}: {problem}") from None
+    except (ValueError, OverflowError):
+        raise ValueError(f"{name} must be an array of numbers, with rows of one length, got {shown(value)}") from None
     except (TypeError, RuntimeError) as problem:  # on another device, or with a record of gradients
-        raise TypeError(f"{name} must be an array of numbers, got a {type(value).__name__}: {problem}") from None
+        raise TypeError(
+            f"{name} must be an array of numbers, got a {type(value).__name__} ({reason(problem)})"
+        ) from None
     if array.ndim > DEEPEST:
         raise ValueError(f"{name} must have at most {DEEPEST} dimensions, got {array.ndim}")
     return array
@@ -137,10 +139,10 @@ def refuse_unit(name: str, value: Any) -> None:
     """Raise TypeError for an array that carries a unit."""
     if unit := _unit(value):
         plain = without_unit(value)
-        known = "" if plain is value else f", {shown(plain.tolist())} for one in kpc, Myr and solar masses"
+        known = "" if plain is value else f" ({shown(plain.tolist(), 24)} in kpc, Myr, solar masses)"
         raise TypeError(
-            f"{name} must be plain numbers, got {shown(value)} in {unit}: units are not converted: give "
-            f".to_value(unit), in the unit of the system{known}"
+            f"{name} must be plain numbers, got {shown(value)} in {unit}. Use .to_value(unit), in the unit of the "
+            f"system{known}."
         )
 
 
@@ -226,8 +228,7 @@ def checked_callback(value: Any) -> Any:
     """Return `value` if it is None or can be called with the fraction that is done."""
     if value is not None and not callable(value):
         raise TypeError(
-            f"callback must be a function of the fraction that is done, or None, got {shown(value)} "
-            f"({type(value).__name__})"
+            f"callback must be a function of the fraction done, or None, got {shown(value)} ({type(value).__name__})"
         )
     return value
 
@@ -278,8 +279,8 @@ def fits(name: str, *shape: int, itemsize: int = 8) -> None:
     size = itemsize * math.prod(map(int, shape))
     if size > SMALL and size > (free := free_memory()):
         raise ValueError(
-            f"{name} asks for {_bytes(size)} of memory (an array of {' x '.join(map(shown, shape))}), {_bytes(free)} "
-            "are free"
+            f"{name} asks for {_bytes(size)} of memory (an array of {' x '.join(shown(side, 20) for side in shape)}), "
+            f"{_bytes(free)} are free"
         )
 
 
@@ -310,13 +311,42 @@ def free_memory() -> int:
     return min(known, default=2**47)
 
 
-def shown(value: Any, length: int = 200) -> str:
-    """Return the repr of a value, shortened; its class where repr fails."""
+LONGEST = 60
+"""Characters of a value in a message."""
+
+MOST_NAMES = 8
+"""Names in a message."""
+
+
+def shown(value: Any, length: int = LONGEST) -> str:
+    """Return the repr of a value in one line, shortened; its class where repr fails."""
     try:
-        said = repr(value)
+        said = " ".join(repr(value).split())
     except Exception:
         said = f"<{type(value).__name__}>"
     return said if len(said) <= length else said[: length - 4] + " ..."
+
+
+def listed(names: Any) -> str:
+    """Return names with commas between them, the first of many."""
+    known = [str(name) for name in names]
+    return ", ".join(known[:MOST_NAMES]) + (", ..." if len(known) > MOST_NAMES else "")
+
+
+def kind_of(model: Any) -> str:
+    """Return the name of a model's class in a message, "the system" for a class that was made of a formula."""
+    return "the system" if hasattr(type(model), "_request") else type(model).__name__
+
+
+def titled(name: str, model: Any) -> str:
+    """Return the name of an argument with that of the class of the model it has; alone if a formula made the class."""
+    return name if hasattr(type(model), "_request") else f"{name} {type(model).__name__}"
+
+
+def reason(problem: BaseException) -> str:
+    """Return the kind and the text of an error of a user's function, shortened."""
+    said = " ".join(f"{type(problem).__name__}: {problem}".split())
+    return said if len(said) <= LONGEST else said[: LONGEST - 4] + " ..."
 
 
 def _bytes(size: float) -> str:

@@ -20,6 +20,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from ..core.numbers import shown
+
 try:
     import fcntl
 except ImportError:  # no such locks: nobody can tell whether a draft is in use, so all stay
@@ -144,7 +146,7 @@ def checked_file(path: Any, name: str = "") -> None:
     except OSError:
         return
     except ValueError as problem:  # a null character
-        raise ValueError(f"{name or 'path'} must be the path of a file, got {path!r}") from problem
+        raise ValueError(f"{name or 'path'} must be the path of a file, got {shown(path)}") from problem
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(mode):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 
 import numpy as np
@@ -86,23 +87,18 @@ class Status(IntEnum):
 
 _SENTENCES = {
     Status.OK: "finished",
-    Status.NONFINITE: "a coordinate became infinite or NaN",
-    Status.OUT_OF_DOMAIN: "left the domain of the potential (det phi > 0 for most bodies), where a wall bounds it by "
-    "too long a step: shorten it or use an adaptive scheme",
-    Status.ESCAPED: "went beyond the escape radius, a million times the orbit's own size",
-    Status.ENERGY_DRIFT: "energy error above the tolerance: shorten the step or use an adaptive scheme",
-    Status.TOO_FEW_CROSSINGS: "reached max_time before the asked number of crossings",
-    Status.NOT_CONVERGED: "an iteration did not reach its tolerance",
-    Status.STEP_TOO_SMALL: "the adaptive step fell below the resolution of time, or stays 10^4 times shorter than it "
-    "once was: the orbit runs away ever faster",
-    Status.INTERRUPTED: "stopped before its end",
-    Status.UNBOUND: "no torus: a coordinate has no turning point on one side "
-    "(it escapes, or falls to alpha = beta = 0)",
-    Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium): its angle has no value, "
-    "NaN in theta says which",
-    Status.SEPARATRIX: "on the border of two regions (p_eta = 0 or p_gamma = 0 through the axis): the frequency that "
-    "is NaN has two limits, one from each side",
-    Status.LOST: "left the domain of a map, such as its aperture, or stays at one point to the last sample",
+    Status.NONFINITE: "a coordinate became infinite or NaN; use a smaller step or an adaptive method",
+    Status.OUT_OF_DOMAIN: "left the domain of the potential; use a smaller step or an adaptive method",
+    Status.ESCAPED: "escaped farther than a million times its own size; lower the energy to keep it",
+    Status.ENERGY_DRIFT: "energy error above the tolerance; use a smaller step or an adaptive method",
+    Status.TOO_FEW_CROSSINGS: "reached max_time before the requested number of crossings; increase max_time",
+    Status.NOT_CONVERGED: "an iteration did not reach its tolerance; try a better guess or a larger tolerance",
+    Status.STEP_TOO_SMALL: "the adaptive step became too small, at a singularity or in a divergence; shorten the run",
+    Status.INTERRUPTED: "stopped before its end; run it again",
+    Status.UNBOUND: "no torus, as a coordinate has no turning point on one side; choose a bound orbit",
+    Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium), so its angle in theta is NaN",
+    Status.SEPARATRIX: "on a separatrix, where the frequency that is NaN has two limits; move the orbit to one side",
+    Status.LOST: "left the domain of the map, such as its aperture, or stays at one point; reduce the amplitude",
 }
 
 
@@ -113,12 +109,22 @@ def summary(status: np.ndarray) -> dict[Status, int]:
     return {Status(int(codes[i])): int(counts[i]) for i in order}
 
 
-def describe(status: np.ndarray, of_which: str = "") -> str:
-    """Return in one line the count of each outcome, with the text `of_which` for the orbits that are OK."""
-    return "; ".join(
-        f"{count} {outcome.name} ({outcome.sentence})" + (f", of which {of_which}" if outcome == 0 and of_which else "")
-        for outcome, count in summary(status).items()
-    )
+def counted(number: int, what: str) -> str:
+    """Return a number with the name of what is counted, in the plural where it is not 1."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def describe(status: np.ndarray, classes: Mapping[str, np.ndarray] | None = None, what: str = "orbit") -> str:
+    """Return in one line the number of items, of those that are OK the counts of some classes, masks by name, and the
+    count of each other outcome.
+    """
+    status = np.asarray(status)
+    fine = status == Status.OK
+    named = {"OK": fine} if classes is None else {name: mask & fine for name, mask in classes.items()}
+    parts = [f"{n} {name}" for name, mask in named.items() if (n := int(np.count_nonzero(mask)))]
+    failed = [f"{n} {outcome.name} ({outcome.sentence})" for outcome, n in summary(status).items() if outcome]
+    said = "; ".join([", ".join(parts), *failed] if parts else failed)
+    return f"{counted(status.size, what)}{f': {said}' if said else ''}"
 
 
 class OrbitError(RuntimeError):

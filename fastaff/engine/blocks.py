@@ -23,6 +23,7 @@ import numpy as np
 from numba import types
 
 from ..core.identity import by_identity, forget
+from ..core.numbers import listed, shown
 from . import cache, jit, map_sums, map_texts, nystrom
 from .callees import Callee
 from .fingerprint import fingerprint, is_number, is_ours, methods_of, state_of
@@ -102,7 +103,7 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
         else:
             raise TypeError(
                 f"{type(value).__name__}.{field} must be a float{'' if number else ' or a NamedTuple of floats'}, got "
-                f"{entry!r} "
+                f"{shown(entry)} "
                 f"({type(entry).__name__})" + (": wrap it, univariate(f)" if inspect.isfunction(entry) else "")
             )
     return f"{name}({', '.join(arguments) or '0.0'})"
@@ -212,7 +213,7 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     def potential(params, lanes, z, result):
     """
     if not is_value(value):
-        raise TypeError(f"value must be a model or section, a NamedTuple of floats, got {value!r}")
+        raise TypeError(f"value must be a model or section, a NamedTuple of floats, got {shown(value)}")
     n = getattr(value, "degrees_of_freedom", None) if degrees_of_freedom is None else degrees_of_freedom
     if n is None:
         raise TypeError(f"degrees_of_freedom must be given for {type(value).__name__}, which has none of its own")
@@ -221,7 +222,7 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     texts = _texts(rows)
     if kind not in texts:
         whose = " for a map" if rows.winding else ""
-        raise ValueError(f"kind must be one of {', '.join(map(repr, texts))}{whose}, got {kind!r}")
+        raise ValueError(f"kind must be one of {listed(map(repr, texts))}{whose}, got {shown(kind)}")
     return _text(kind, line + texts[kind](rows), classes)
 
 

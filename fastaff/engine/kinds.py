@@ -7,6 +7,7 @@ from collections.abc import Set
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ..core.numbers import listed
 from .damping import FRICTION
 from .terms import Term
 from .turning import FRAME
@@ -40,7 +41,7 @@ class Kind:
         if others - TERMS.keys() or len(others) > 1 or (others != terms and others & {"rates", "iterates"}):
             beside = ", ".join(name for name, entry in TERMS.items() if entry.substep is not None)
             allowed = f"one of {', '.join(TERMS)}, or drive with {beside} or nonseparable"
-            raise ValueError(f"terms must be {allowed}, got {', '.join(sorted(terms))}")
+            raise ValueError(f"terms must be {allowed}, got {listed(sorted(terms))}")
         object.__setattr__(self, "terms", terms)
 
     @property

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..chaos import indicators, own_indicator
-from ..core.numbers import StrPath, fits, shown
+from ..core.numbers import StrPath, fits, listed, shown
 from ..core.placing import checked_file, write_atomically
 from ..core.status import summary
 from ..results.calls import OWN, Call, NotSerializable, encoded, keep, plain
@@ -324,10 +324,12 @@ def recipe(path: Any, **given: Any) -> Recipe:
     arrays, metadata = contents(path)
     call = metadata.get("call")
     if not isinstance(call, dict):
-        raise ValueError(f"{path} has no call: its result was put together by hand, or saved by an older version")
+        raise ValueError(
+            f"{path} must have the call of its result, got one joined by hand or saved by an older version"
+        )
     kinds = {"function": str, "arguments": dict, "missing": list}
     if not all(isinstance(call.get(name), kind) for name, kind in kinds.items()):
-        raise ValueError(f"{path} must hold a call with {', '.join(kinds)}, got {shown(call)}")
+        raise ValueError(f"{path} must hold a call with {listed(kinds)}, got {shown(call)}")
     _public(call["function"])
     absent = [str(name) for name in call["missing"] if name not in given]
     if absent:
@@ -375,7 +377,7 @@ def _public(name: str) -> Any:
     """
     if name in ANALYSES:
         return getattr(import_module(f"{OWN}.{ANALYSES[name]}"), name)
-    raise ValueError(f"function {name!r} is no analysis of fastaff {provenance()['fastaff']}, which makes results")
+    raise ValueError(f"function {shown(name)} is no analysis of fastaff {provenance()['fastaff']}, which makes results")
 
 
 def _stored(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
@@ -410,7 +412,7 @@ def decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
     if "module" in data or data["class"] not in _classes():
         kind = ".".join(filter(None, [data.get("module"), data["class"]]))
         raise ValueError(
-            f"{name} has the class {kind}, which is not the package's: give {name.partition('.')[0]}=... with its value"
+            f"{name} must be of a class of fastaff, got {kind}. Pass {name.partition('.')[0]}=... with its value."
         )
     return _classes()[data["class"]](**fields)
 
@@ -533,9 +535,7 @@ def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping
     if "result" in data:
         cls = _known(_results(), data["result"], name)
         if not set(data["fields"]) <= set(_names(cls)):  # files of earlier versions lack fields that have defaults
-            raise ValueError(
-                f"a {cls.__name__} has the fields {', '.join(_names(cls))}, not {', '.join(data['fields'])}"
-            )
+            raise ValueError(f"a {cls.__name__} has the fields {listed(_names(cls))}, not {listed(data['fields'])}")
         return cls(**{key: unpacked(f"{inner}{key}", entry, arrays, given) for key, entry in data["fields"].items()})
     for kind in (list, tuple):
         if kind.__name__ in data:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..core.foreign import Foreign
-from ..core.numbers import fits, numbers
+from ..core.numbers import fits, listed, numbers, shown
 from ..runs.given_orbits import ORBITS, SAMPLES
 from .taylor import of_columns, turn
 
@@ -23,12 +23,12 @@ def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreig
         return None
     if coordinates is None:
         raise ValueError(
-            f"{name} is a table: coordinates must say which columns are q1, ..., qn, p1, ..., pn; it has "
-            f"{', '.join(columns)}"
+            f"coordinates must name the columns q1, ..., qn, p1, ..., pn of the table {name}, which has "
+            f"{listed(columns)}"
         )
     missing = [entry for entry in coordinates if entry not in columns]
     if missing:
-        raise ValueError(f"coordinates must be columns of {name}, which has {', '.join(columns)}, got {missing[0]!r}")
+        raise ValueError(f"coordinates must be columns of {name}, which has {listed(columns)}, got {shown(missing[0])}")
     rest = {entry.lower(): entry for entry in columns if entry not in coordinates}
     numbered = [word for word in rest if word.endswith("id")]
     words = ((*ORBITS, *numbered), SAMPLES)
@@ -39,12 +39,14 @@ def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreig
         order = np.arange(len(values[0])) if times is None else np.argsort(times, kind="stable")
         return Foreign(np.array(values)[:, order], None if times is None else times[order], coordinates)
     if times is None:
-        raise ValueError(f"{name} has several orbits, by {owner!r}: a column 'time' or 'turn' must order their rows")
+        raise ValueError(
+            f"{name} must have a column 'time' or 'turn' that orders the rows of several orbits ({shown(owner)})"
+        )
     known, first, orbit = np.unique(np.asarray(columns[owner]), return_index=True, return_inverse=True)
     orbit = np.argsort(np.argsort(first))[orbit]
     moments, sample = np.unique(times, return_inverse=True)
     if np.unique(orbit * moments.size + sample).size != sample.size:
-        raise ValueError(f"{name} must have one row for each {owner!r} and {time!r}, it has several")
+        raise ValueError(f"{name} must have one row for each {shown(owner)} and {shown(time)}, it has several")
     fits(name, len(values), known.size, moments.size)
     array = np.full((len(values), known.size, moments.size), np.nan)
     array[:, orbit, sample] = values

@@ -34,8 +34,8 @@ LIMITS = ("Limits", "RApertures", "EApertures")
 def orbits(ring: Any, name: str, _: Any) -> Any:
     """Refuse a Lattice, which has no orbits: the arrays of its tracking are taken as they are."""
     raise TypeError(
-        f"{name} must be what tracking gives, (6, particles, 1, turns), got {type(ring).__name__} of PyAT: "
-        "ring.track(rays, nturns=4096)[0], or fa.integrate(fa.iterated_map(ring), z0, time=4096, samples=4096)"
+        f"{name} must be the result of tracking, (6, particles, 1, turns), got {type(ring).__name__} of PyAT. Use "
+        "ring.track(rays, nturns=4096)[0]."
     )
 
 

@@ -16,8 +16,8 @@ def orbits(archive: Any, name: str, _: Any) -> Foreign:
     """Return positions and velocities of all bodies of a Simulationarchive, one orbit for each, in their order."""
     if not hasattr(archive, "getSimulation"):
         raise TypeError(
-            f"{name} must be a rebound.Simulationarchive of snapshots, got {type(archive).__name__}, one moment: "
-            "simulation.save_to_file(path, step=...)"
+            f"{name} must be a rebound.Simulationarchive, got {type(archive).__name__}. Use "
+            "simulation.save_to_file(path, step=...)."
         )
     bodies = archive[0].N
     count = len(archive)
@@ -27,7 +27,9 @@ def orbits(archive: Any, name: str, _: Any) -> Foreign:
     place, velocity = np.empty((2, bodies, 3))
     for k, simulation in enumerate(archive):
         if bodies != simulation.N:
-            raise ValueError(f"{name} must have the same bodies all along: {bodies} at first, {simulation.N} at {k}")
+            raise ValueError(
+                f"{name} must have the same bodies throughout, got {bodies} at first and {simulation.N} at {k}"
+            )
         simulation.serialize_particle_data(xyz=place, vxvyvz=velocity)
         array[:3, :, k] = place.T
         array[3:, :, k] = velocity.T
@@ -38,6 +40,6 @@ def orbits(archive: Any, name: str, _: Any) -> Foreign:
 def starts(simulation: Any, name: str) -> np.ndarray:
     """Refuse a Simulation, whose bodies move in the forces of one another."""
     raise TypeError(
-        f"{name} must be phase points of the system, got {type(simulation).__name__} of REBOUND: of a body give "
-        "[*particle.xyz, *particle.vxyz]"
+        f"{name} must be phase points of the system, got {type(simulation).__name__} of REBOUND. Use [*particle.xyz, "
+        "*particle.vxyz] of a body."
     )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..core.interruption import imported
+from ..core.numbers import listed
 from ..systems.formulas.gammainc import gammainc
 from .quantities import plain
 
@@ -28,8 +29,8 @@ def formula_of(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
         raise ValueError(f"text: gala has no formula of a {kind}; write one, fa.hamiltonian('...')") from None
     if set(variables) != set(dims):
         raise ValueError(
-            f"text: gala's formula of a {type(potential).__name__} is in {', '.join(variables)}, its potential in "
-            f"{', '.join(dims)}; write one, fa.hamiltonian('...')"
+            f"text must be a potential in {listed(dims)}, got a formula in {listed(variables)}. Use "
+            "fa.hamiltonian('...') with its formula."
         )
     place = [sympy.Symbol(axis) - at for axis, at in zip(dims, origin(potential))]
     if potential.R is not None:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..core.interruption import imported
+from ..core.numbers import listed, shown
 from ..systems.formulas.grammar import parse
 from ..systems.formulas.sympy_bridge import to_sympy
 
@@ -24,7 +25,7 @@ def _cut_off(potential: Any) -> str:
     """Return the formula of a density r^-alpha exp(-r^2/rc^2), with the number alpha in it."""
     alpha = float(potential.alpha)
     if alpha >= 2:
-        raise ValueError(f"text: alpha of a PowerSphericalPotentialwCutoff must be below 2, got {alpha!r}")
+        raise ValueError(f"text: alpha of a PowerSphericalPotentialwCutoff must be below 2, got {shown(alpha)}")
     a = 1 - alpha / 2
     b = 1.5 - alpha / 2
     inside = f"{math.gamma(b)!r}*gammainc({b!r}, {SQUARE}/rc**2)/{R}"
@@ -65,8 +66,8 @@ def formula_of(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
     kind = type(potential).__name__
     if kind not in FORMULAS or not 2 <= len(dims) <= 3:
         raise ValueError(
-            f"text: no formula of galpy's {kind} is known, only of {', '.join(FORMULAS)}: write one, "
-            "fa.hamiltonian('...'), or integrate in galpy and give the Orbit to fa.orbit_frequencies"
+            f"text must be one of {listed(FORMULAS)} of galpy, got {kind}. Use fa.orbit_frequencies with an Orbit of "
+            "galpy."
         )
     sympy = imported("sympy", what="a potential of galpy")
     written, names = FORMULAS[kind]

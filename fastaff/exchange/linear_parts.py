@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ..core.numbers import listed, shown
 from .kicks import Kick
 
 J = np.kron(np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2))
@@ -43,7 +44,7 @@ def told(apertures: list[str]) -> list[str]:
 def kept_momentum(keeps: bool, name: str, kind: str, call: str) -> None:
     """Raise ValueError, naming the element and the call that switches it off, where it changes the momentum."""
     if not keeps:
-        raise ValueError(f"the element {name!r} ({kind}) changes the momentum, the map is on momentum: {call}")
+        raise ValueError(f"the element {shown(name)} ({kind}) must not change the momentum. {call}")
 
 
 def compared(kick: Kick, track: Callable[[np.ndarray], np.ndarray], name: str, kind: str) -> Kick:
@@ -53,7 +54,7 @@ def compared(kick: Kick, track: Callable[[np.ndarray], np.ndarray], name: str, k
     )
     if not np.allclose(track(points.copy()), kick.images(points), rtol=LINEAR, atol=LINEAR * LARGE):
         raise ValueError(
-            f"the element {name!r} ({kind}) has another kick than its strengths say: take off shifts, turns, scaling"
+            f"the element {shown(name)} ({kind}) must have the kick of its strengths. Remove shifts, tilts and scaling."
         )
     return kick
 
@@ -69,18 +70,20 @@ def probed(
     """
     refused = f"the element {name!r} ({kind}) is neither linear nor a thin multipole"
     if thick:
-        raise ValueError(f"{refused}, {', '.join(thick)} {'is' if len(thick) == 1 else 'are'} not 0: {call}")
+        raise ValueError(f"{refused}, {listed(thick)} {'is' if len(thick) == 1 else 'are'} not 0: {call}")
     size = SMALL if linear else LARGE
     points = size * np.concatenate([np.eye(4), -np.eye(4), np.zeros((4, 1)), [[0.7], [-0.4], [0.3], [0.8]]], axis=1)
     images = np.asarray(track(points.copy()), dtype=float)
     if not np.isfinite(images).all():
-        raise ValueError(f"the element {name!r} ({kind}) loses particles at {size:g}: it is no part of a map")
+        raise ValueError(f"the element {shown(name)} ({kind}) must not lose particles, which it does at {size:g}")
     shift = images[:, 8]
     matrix = (images[:, :4] - images[:, 4:8]) / (2 * size)
     if not linear and np.abs(matrix @ points[:, 9] + shift - images[:, 9]).max() > LINEAR * size:
         raise ValueError(f"{refused}: {call}")
     if np.abs(matrix.T @ J @ matrix - J).max() > SYMPLECTIC:
-        raise ValueError(f"the element {name!r} ({kind}) is not symplectic on momentum: switch off what damps or ramps")
+        raise ValueError(
+            f"the element {shown(name)} ({kind}) must be symplectic on momentum. Switch off what damps or ramps."
+        )
     for _ in range(2):  # to rounding symplectic, as differences of images are not
         matrix = matrix @ (np.eye(4) + J @ (matrix.T @ J @ matrix - J) / 2)
     return matrix, shift

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..core.foreign import Foreign
+from ..core.numbers import listed, shown
 from ..core.placing import text_of
 from .frames import orbits as orbits_of
 from .taylor import SIX, Terms, of_columns, turn
@@ -36,7 +37,7 @@ def read_tfs(path: Path, advice: str = EQUATIONS) -> dict[str, np.ndarray]:
         raise ValueError(f"{path} must be a TFS table with lines of * and $, or a damap of MAD-NG; {advice}")
     uneven = next((row for row in rows if len(row) != len(names)), None)
     if uneven is not None:
-        raise ValueError(f"{path} must have {len(names)} entries in each row, got {' '.join(uneven)[:80]!r}")
+        raise ValueError(f"{path} must have {len(names)} entries in each row, got {shown(' '.join(uneven)[:80])}")
     columns = zip(*rows, strict=True) if rows else [()] * len(names)
     return {name: np.array([_read(w, kind) for w in c]) for name, kind, c in zip(names, formats, columns, strict=True)}
 
@@ -55,7 +56,7 @@ def orbits(path: Path, name: str, coordinates: tuple[str, ...] | None) -> Foreig
     table = read_tfs(path, "of a CSV table give pandas.read_csv(path), coordinates=...")
     owner = next((entry for entry in ("number", "id") if entry in table), None)
     if owner is None or "turn" not in table:
-        raise ValueError(f"{name} must be a table of tracking with turn, and number or id; it has {', '.join(table)}")
+        raise ValueError(f"{name} must be a table of tracking with turn, and number or id; it has {listed(table)}")
     wanted = coordinates or ("x", "y", "px", "py")
     keys = np.array([table[owner], table["turn"]])[:, ::-1]
     rows = keys.shape[1] - 1 - np.unique(keys, axis=1, return_index=True)[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..core.interruption import imported
+from ..core.numbers import kind_of, listed, shown
 from ..systems.formulas.forced import BUILT_IN
 from ..systems.formulas.gammainc import gammainc
 from ..systems.formulas.library import Request
@@ -78,7 +79,7 @@ def source(model: Any, language: str = "c") -> str:
         dz[0] = c[0]*(-z[0] + z[1]);
     """
     if language not in LANGUAGES:
-        raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
+        raise ValueError(f"language must be one of {listed(LANGUAGES)}, got {shown(language)}")
     model = ode(model, forces={}) if type(model) in BUILT_IN and hasattr(model, "coordinates") else model
     known: tuple = getattr(type(model), "_request", ())
     if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "ode"):
@@ -98,5 +99,5 @@ def _refused(model: Any) -> str:
     try:
         ode(model, forces={})
     except (TypeError, ValueError):
-        return type(model).__name__
-    return f"{type(model).__name__}: of its equations, source(fa.ode(model, forces={{}}))"
+        return kind_of(model)
+    return f"{kind_of(model)}: of its equations, source(fa.ode(model, forces={{}}))"

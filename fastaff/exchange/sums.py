@@ -58,8 +58,8 @@ def check(
     if off.any():
         k = int(off.argmax())
         raise ValueError(
-            f"text: the formula that is known of this potential has not its energies, {found[k]:.9g} in place of "
-            f"{energies[k]:.9g} at {points[:, k]}{note}: write it as a text, fa.hamiltonian('...')"
+            f"text must have the energies of the tool, got {found[k]:.6g} in place of {energies[k]:.6g}{note}. Use "
+            "fa.hamiltonian('...') with its formula."
         )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.interruption import imported
+from ..core.numbers import listed, shown
 from ..core.placing import write_atomically
 from ..results.result import Result, columns
 
@@ -68,7 +69,7 @@ WRITERS = {".csv": _csv, ".mat": _matlab, ".nc": _netcdf, ".parquet": _parquet}
 def exported(path: Path, result: Any, overwrite: bool, parameters: Mapping[str, Any]) -> Path:
     """Write a result as a file of other programs, of the ending of a path; ValueError for one that is none of them."""
     if path.suffix not in WRITERS:
-        raise ValueError(f"path must end in .npz, {', '.join(WRITERS)}, or have no ending, got {path.name!r}")
+        raise ValueError(f"path must end in .npz, {listed(WRITERS)}, or have no ending, got {shown(path.name)}")
     if not isinstance(result, Result):
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
     if parameters:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.numbers import numbers
+from ..core.numbers import listed, numbers
 
 SIX = ("x", "px", "y", "py", "t", "pt")
 POWERS = ("nx", "nxp", "ny", "nyp", "ndeltap", "nt")
@@ -28,7 +28,7 @@ def of_columns(columns: Mapping[str, Any], name: str) -> list[Terms]:
     table = {f"{key}".lower(): value for key, value in columns.items()}
     missing = [entry for entry in ("coef", "n_vector", *POWERS) if entry not in table]
     if missing:
-        raise ValueError(f"{name} must be a table of a map with coef, n_vector, {', '.join(POWERS)}: no {missing[0]}")
+        raise ValueError(f"{name} must be a table of a map with coef, n_vector, {listed(POWERS)}: no {missing[0]}")
     rows = numbers(f"{name}['n_vector']", table["n_vector"]).astype(int) - 1
     found: list[Terms] = [{} for _ in SIX]
     powers = np.array([numbers(f"{name}[{entry!r}]", table[entry]) for entry in POWERS]).astype(int).T
@@ -55,7 +55,7 @@ def turn(series: Sequence[Terms]) -> str:
         row.pop((0, 0, 0, 0), None)
     count = sum(map(len, plain))
     if not all(plain) or count > MOST:
-        raise ValueError(f"a map must have 1 to {MOST} coefficients of x, px, y, py on momentum, in all, got {count}")
+        raise ValueError(f"text must be a map of 1 to {MOST} coefficients of x, px, y, py on momentum, got {count}")
     lines: dict[str, str] = {}
     for name, row in zip(SIX, plain, strict=False):
         terms = [f"({value!r})*{_monomial(power, lines)}" for power, value in row.items()]

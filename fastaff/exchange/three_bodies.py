@@ -130,7 +130,7 @@ def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     found = [NUMBER.findall(piece) for piece in pieces if all(float(m) == m3 for m in MASS.findall(piece)[:1])]
     rows = [[*map(float, words[:4]), np.nan][:4] for words in found if len(words) > 2]
     if not rows:
-        raise ValueError(f"path must be a table with v1, v2 and a period in a row, of m3 = {m3:g}; {path} has none")
+        raise ValueError(f"path must be a table with v1, v2 and a period in a row for m3 = {m3:g}, got {path}")
     v1, v2, period, scaled = np.array(rows).T
     table = three_bodies(v1, v2, period, m3)
     off = np.abs(table.period * np.abs(system_of(table.model).energies(table.z0)) ** 1.5 / scaled - 1)

@@ -377,7 +377,7 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
         own: dict[str, Any] = {name: value for name, value in parameters.items() if name != "mu"}
         made = affine_body(text, mu=parameters.get("mu", 1.0), **own)
         if not current_system(made).isotropic:
-            raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
+            raise ValueError("formula must be isotropic, the same for rotations of a and b, to have sections")
         return made
     pieces = [part.strip() for part in re.split(r"[,;\n]", given.get("periodic") or "") if part.strip()]
     periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in pieces)}
@@ -386,7 +386,7 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
             iterated_map(text, periodic=periods, **parameters) if known else untried(text, parameters, periodic=periods)
         )
     if given["kind"] == "ode" or given.get("drive_period"):
-        raise ValueError("formula: a notebook's explorer takes no drive and no equations, fastaff.explore does")
+        raise ValueError("formula must have no drive and no equations in a notebook. Use fa.explore.")
     rows: dict[str, Any] = {"coordinates": given.get("coordinates") or "x y", "momenta": given.get("momenta") or None}
     return checked_model(hamiltonian(text, **rows, periodic=periods or None, **parameters), needs="a page")
 

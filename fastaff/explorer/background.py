@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..chaos.chaos_map import ChaosMap
-from ..core.numbers import shown
+from ..core.numbers import listed, shown
 from ..core.status import Status
 from ..exchange.files import contents, load
 from ..frequencies.frequencies import FrequencyMap
@@ -43,8 +43,8 @@ def found(background: Any) -> MapOnGrid:
         read = MapOnGrid(*background)
     else:
         raise TypeError(
-            "background must be the path of a file or store of a chaos or frequency map, or a pair of a result and its "
-            f"EnergyGrid, got {shown(background)}"
+            "background must be the path of a chaos or frequency map, or a pair (result, EnergyGrid), got "
+            f"{shown(background)}"
         )
     if not isinstance(read.result, (ChaosMap, FrequencyMap)):
         raise TypeError(f"background must be a ChaosMap or a FrequencyMap, got {type(read.result).__name__}")
@@ -52,9 +52,8 @@ def found(background: Any) -> MapOnGrid:
         raise TypeError(f"background must be over an EnergyGrid of a section, got {type(read.grid).__name__}")
     if read.result.status.shape != read.grid.cell_index.shape:
         raise ValueError(
-            f"background has {read.result.status.size} orbits for {read.grid.cell_index.size} cells: result and grid "
-            "must "
-            "belong together"
+            f"background must be a result with its own grid, got {read.result.status.size} orbits and "
+            f"{read.grid.cell_index.size} cells"
         )
     return read
 
@@ -64,7 +63,7 @@ def _of_store(path: Path) -> MapOnGrid:
     results = JobResults.stored(path)
     names = [name for name in ("chaos_map", "frequency_map") if name in results.names]
     if not names:
-        raise ValueError(f"background {path} has no chaos_map and no frequency_map, but {', '.join(results.names)}")
+        raise ValueError(f"background {path} has no chaos_map and no frequency_map, but {listed(results.names)}")
     place = results.place
     plan = results.job.plan()
     if not place.size:
@@ -78,7 +77,7 @@ def _of_file(path: Path) -> MapOnGrid:
     result = load(path)
     if not isinstance(facts.get("job"), str) or "place" not in arrays:
         raise ValueError(
-            f"background {path} does not say where its orbits start: give it with its grid, (load({str(path)!r}), grid)"
+            f"background must have the initial conditions of its orbits, got {path}. Use (load(path), grid)."
         )
     job = Job.parsed(facts["job"], str(path))
     plan = job.plan()
@@ -126,8 +125,6 @@ def _edges(axis: np.ndarray) -> tuple[float, float]:
     """Return both ends of the cells with equidistant middles."""
     steps = np.diff(axis)
     if axis.size < 2 or not (steps > 0).all() or np.ptp(steps) > SPREAD * np.abs(steps).max():
-        raise ValueError(
-            "background must be over a grid of equidistant, ascending section coordinates, at least 2 a side"
-        )
+        raise ValueError("background must be over a grid of equidistant, ascending section coordinates, 2 x 2 or more")
     half = 0.5 * (axis[-1] - axis[0]) / (axis.size - 1)
     return float(axis[0] - half), float(axis[-1] + half)

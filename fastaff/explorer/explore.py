@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.names import named
-from ..core.numbers import StrPath, numbers, positive, real
+from ..core.numbers import StrPath, numbers, positive, real, shown
 from ..core.placing import write_atomically
 from ..results.progress import says_progress
 from ..results.provenance import provenance
@@ -187,7 +187,9 @@ def setup_of(
         start |= _flowing(system, section, fixed, energy=energy, background=background)
     else:
         if fixed is not None:
-            raise ValueError(f"fixed is of maps and flows: here section and energy say where orbits are; got {fixed!r}")
+            raise ValueError(
+                f"fixed is supported for maps and ODE systems only, got {shown(fixed)}. Use section and energy here."
+            )
         start["energy"] = _energy(energy, usual, system, p_eta, p_gamma)
     if usual is None:
         systems.insert(0, system_record(system, "own", _title(system), _formula(system), start))
@@ -219,7 +221,7 @@ def _strobed(system: System, section: Any, **given: Any) -> dict[str, Any]:
     check_given(system, "a page of orbits", **given)
     cut = section_named(section, system) if isinstance(section, str) else Stroboscopic() if section is None else section
     if not isinstance(cut, Stroboscopic):
-        raise TypeError(f"section must be Stroboscopic(phase) or 't=c' for a driven system, got {section!r}")
+        raise TypeError(f"section must be Stroboscopic(phase) or 't=c' for a driven system, got {shown(section)}")
     kept: dict[str, Any] = {
         "energy": None,
         "section": planes(system)[0],
@@ -353,13 +355,13 @@ def _scheme(scheme: Any, accuracy: float, system: System) -> Splitting | Colloca
         else:
             taken = scheme
         if not isinstance(taken, Collocation):
-            raise TypeError(f"scheme must be 'GAUSS8' or 'GAUSS16' to run such a system in a page, got {taken!r}")
+            raise TypeError(f"scheme must be 'GAUSS8' or 'GAUSS16' to run such a system in a page, got {shown(taken)}")
         return taken
     if scheme is None:
         return cheapest(accuracy, system.quadratic)
     found = scheme_named(scheme) if isinstance(scheme, str) else scheme
     if not isinstance(found, Splitting):
-        raise TypeError(f"scheme must be a splitting such as 'KAHAN_LI8' to run in a page, got {found!r}")
+        raise TypeError(f"scheme must be a splitting such as 'KAHAN_LI8' to run in a page, got {shown(found)}")
     return suited_scheme(found, system)
 
 
@@ -407,7 +409,7 @@ def _formula(system: System) -> str:
 def _path(out: Any) -> Path:
     """Return the path that is asked for."""
     if out is not None and not isinstance(out, (str, os.PathLike)):
-        raise TypeError(f"out must be the path of a file, got {out!r} ({type(out).__name__})")
+        raise TypeError(f"out must be the path of a file, got {shown(out)} ({type(out).__name__})")
     if out is None:
         return Path("fastaff-explorer.html")
     path = Path(out)

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.numbers import shown
 from .parameters import fields_of, parameter_name
 
 FUNCTIONS = {
@@ -258,7 +259,7 @@ class _Scope:
     def on_Constant(self, node: ast.Constant) -> Any:
         """Return a number."""
         if isinstance(node.value, complex) or not isinstance(node.value, (int, float)):
-            raise self.printer.refused(node, f"the constant {node.value!r}")
+            raise self.printer.refused(node, f"the constant {shown(node.value)}")
         return node.value
 
     def on_Name(self, node: ast.Name) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.numbers import kind_of
 from ..systems.models.angles import Coordinates2
 from ..systems.models.mechanics import System
 from .javascript import Refused, ScriptPart, printed
@@ -23,7 +24,7 @@ def model_code(system: System) -> dict[str, Any]:
         return _map_code(system)
     if system.own is not None and not system.frame:
         raise Refused(
-            f"model {type(system.model).__name__} {system.own.has}: it has no page; poincare_map computes its section"
+            f"model {kind_of(system.model)} {system.own.has}: it has no page; poincare_map computes its section"
         )
     if system.frame or not system.newtonian:
         return _equations_code(system)
@@ -65,7 +66,7 @@ def _too_many(takes: str, system: System) -> Refused:
     names = system.names[: system.moving]
     where = "section='t=0', crossings=100" if system.driven else f"section='{names[0]}=0', crossings=100, max_time=1e4"
     return Refused(
-        f"model must {takes} to be explored; {type(system.model).__name__} has the {len(names)} coordinates "
+        f"model must {takes} to be explored; {kind_of(system.model)} has the {len(names)} coordinates "
         f"{', '.join(names)}: "
         f"fa.poincare_map(body, z0, {where}) computes its section"
     )
@@ -146,7 +147,7 @@ def _equations_code(system: System) -> dict[str, Any]:
         raise _too_many("have two degrees of freedom, or one beside its time,", system)
     if not system.canonical and system.rows < 3:
         raise Refused(
-            f"model must have 3 variables or more to have a section, {type(system.model).__name__} has {system.rows}"
+            f"model must have 3 variables or more to have a section, {kind_of(system.model)} has {system.rows}"
         )
     rows = [f"q{r}" for r in range(system.rows)]
     wanted = [("rates", "rates", rows), ("tangent", "tangent_rates", [*rows, *(f"d{r}" for r in range(system.rows))])]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..chaos.streamed import symplectic_frame
 from ..core.names import named
-from ..core.numbers import real
+from ..core.numbers import kind_of, real, shown
 from ..jobs.system import RATES, described
 from ..runs.schemes.catalogue import SCHEMES, Splitting
 from ..runs.schemes.collocation import Collocation
@@ -228,4 +228,4 @@ def section_record(section: Any, system: System) -> dict[str, Any]:
         if system.isotropic
         else f"Hyperplane with one coordinate, {' or '.join(f'{name} = c' for name in names)},"
     )
-    raise TypeError(f"section must be {takes} for {type(system.model).__name__}, got {section!r}")
+    raise TypeError(f"section must be {takes} for {kind_of(system.model)}, got {shown(section)}")

@@ -32,9 +32,7 @@ class ExplorerWidget(anywidget.AnyWidget):
     def __init__(self, model: Any = None, **options: Any):
         setup, chosen = setup_of(model, **options)
         if current_system(chosen).driven:
-            raise TypeError(
-                "model must have no drive in a notebook's explorer: fastaff.explore writes a page of one that has"
-            )
+            raise TypeError("model must have no drive in a notebook's explorer. Use fa.explore, which writes a page.")
         super().__init__(setup=setup, markup=web_text("page.html"))
         systems = {name: named_body(name) for name in NAMED} | {setup["start"]["system"]: chosen}
         self.answers = Answers(systems, self._post)

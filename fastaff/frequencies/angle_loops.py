@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.numbers import shown
 from ..engine.blocks import rows_block, signals_block
 from ..engine.pointers import Bound, call_table
 from ..results.calls import names_of
@@ -41,8 +42,8 @@ def named_signals(value: Any, _: Any = None) -> Any:
     if found is None:
         said = " or ".join(f"{' '.join(known)!r} of {len(known)} coordinates" for known in NAMED)
         meant = [" ".join(known) for known in NAMED if sorted(known) == sorted(names)]
-        hint = f". Did you mean {meant[0]!r}, the order of the rows?" if meant else ""
-        raise ValueError(f"signals must be {said}, or a value of fastaff.models.angles, got {value!r}{hint}")
+        hint = f". Did you mean {meant[0]!r}?" if meant else ""
+        raise ValueError(f"signals must be {said}, or of fastaff.models.angles, got {shown(value)}{hint}")
     return found
 
 
@@ -52,9 +53,9 @@ def suited(signals: Any, degrees_of_freedom: int, whose: str) -> None:
         said = " ".join(signals.names)
         n = len(signals.names)
         own = next((" ".join(names) for names in NAMED if len(names) == degrees_of_freedom), None)
-        named = f" {said!r} are those of {n} Cartesian coordinates" if signals.names in NAMED else f" got {signals!r}"
-        other = f", of {degrees_of_freedom} they are {own!r}; without signals= coordinates are their own" if own else ""
-        raise ValueError(f"signals must have {degrees_of_freedom} angles for {whose};{named}{other}")
+        got = f"{said!r}, of {n} Cartesian coordinates" if signals.names in NAMED else shown(signals)
+        other = f". Use {own!r}, or leave signals out." if own else ""
+        raise ValueError(f"signals must have {degrees_of_freedom} angles for {whose}, got {got}{other}")
 
 
 class SignalLayout:
@@ -66,7 +67,7 @@ class SignalLayout:
         self.angles = angles
         planes = angles.planes
         if sorted(planes) != list(planes):
-            raise ValueError(f"signals must have those of planes last, got planes {planes} of {angles!r}")
+            raise ValueError(f"signals must have those of planes last, got planes {planes} of {shown(angles)}")
         self.librations = [i for i, plane in enumerate(planes) if not plane]
         self.planes = [i for i, plane in enumerate(planes) if plane]
         self.m = len(self.librations)

@@ -144,11 +144,10 @@ class FrequencyMap(Result):
         str
             Summary.
         """
-        fine = self.status == Status.OK
-        counts = {
-            "by the coordinates' own lines": self.regular & ~self.other_basis,
-            "by another basis (the own lines are `dominant`)": self.other_basis,
-            "irregular": fine & (self.classification == Classification.IRREGULAR),
-            "undecided (error 1/time: a longer time tells)": fine & (self.classification == Classification.UNDECIDED),
-        }
-        return describe(self.status, ", ".join(f"{n} {said}" for said, which in counts.items() if (n := which.sum())))
+        kinds = {entry.name.lower(): self.classification == entry for entry in Classification}
+        said = describe(self.status, kinds)
+        if np.any((self.status == Status.OK) & (self.classification == Classification.UNDECIDED)):
+            said += "; undecided frequencies have the error 1/time"
+        if other := int(np.count_nonzero(self.other_basis)):
+            said += f"; {other} in another basis than the dominant lines of the coordinates"
+        return said

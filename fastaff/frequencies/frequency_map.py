@@ -11,7 +11,7 @@ import numpy as np
 from ..core.classification import is_regular
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, fits, whole
+from ..core.numbers import Passes, fits, kind_of, shown, whole
 from ..core.status import Status
 from ..engine.jit import LANES
 from ..engine.kernels.samples import CHUNK_ROWS
@@ -178,7 +178,10 @@ def frequency_map(
     if problem.system.iterated:
         return map_frequencies(problem, time=time, window=window, signals=signals, lines=lines)
     if window is not None:
-        raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
+        raise ValueError(
+            "window is not supported for systems in time, whose diffusion is that of the two halves, got "
+            f"{shown(window)}"
+        )
     if signals is None and getattr(problem.model, "angles", None) is None:
         check_needs(problem.system, "signals of coordinates alone")
     goal = options.goal(ACCURACY)
@@ -198,10 +201,9 @@ def checked_signals(signals: Any, model: Any) -> Any:
         return Plain(system.names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
-            f"signals must be a text such as 'R z phi', or a value of fastaff.models.angles, got {chosen!r}; "
-            f"{type(model).__name__} has no `angles` of its own"
+            f"signals must be a text such as 'R z phi', or a value of fastaff.models.angles, got {shown(chosen)}"
         )
-    suited(chosen, model.degrees_of_freedom, type(model).__name__)
+    suited(chosen, model.degrees_of_freedom, kind_of(model))
     return chosen
 
 

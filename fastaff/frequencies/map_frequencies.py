@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.classification import Classification
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import fits, whole
+from ..core.numbers import fits, shown, whole
 from ..core.status import Status
 from ..engine.threads import by_portions
 from ..runs import observers
@@ -72,9 +72,9 @@ def map_frequencies(
     turns = int(time)
     check_given(flow.system, "a time", "the loops of a map are those of (q, p)", signals=signals)
     if window is not None and 2 * whole("window", window, LEAST) > turns:
-        raise ValueError(f"window must be at most half of the {turns} iterates, got {window!r}")
+        raise ValueError(f"window must be at most half of the {turns} iterates, got {shown(window)}")
     if turns < LEAST:
-        raise ValueError(f"time must be at least {LEAST} iterates, got {time!r}")
+        raise ValueError(f"time must be at least {LEAST} iterates, got {shown(time)}")
     fits("time", len(z), turns if window is None else int(window))
     work = MapFrequencies(flow, z, turns, window, lines)
     with partial_result_on_interrupt("frequency_map", work.result):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import checked_callback, whole
+from ..core.numbers import checked_callback, shown, whole
 from ..core.status import Status
 from ..engine.threads import checked_threads
 from ..results.calls import coerces_arguments
@@ -144,9 +144,7 @@ def orbit_frequencies(
     checked_callback(callback)
     given = given_orbits(samples, dt=dt, times=times, coordinates=coordinates, least=LEAST)
     if given.interval is None:
-        raise ValueError(
-            "dt must be given, the time between samples: these do not tell; for turn-by-turn data see tunes"
-        )
+        raise ValueError("dt must be given, the time between samples. For turn-by-turn data use fa.tunes.")
     lines = None if lines is None else whole("lines", lines, 1)
     layout = SignalLayout(_signals(given, model, signals), given.shape[0] // 2)
     work = _Work(given, layout, lines, checked_threads(threads), callback)
@@ -161,15 +159,14 @@ def _signals(given: GivenOrbits, model: Any, signals: Any) -> Any:
     if model is not None:
         if checked_model(model, needs="Hamilton's equations").degrees_of_freedom != n:
             raise ValueError(
-                f"model must have {n} degrees of freedom for samples of {2 * n} rows, {type(model).__name__} has "
-                f"{model.degrees_of_freedom}"
+                f"model must have {n} degrees of freedom for samples of {2 * n} rows, got {model.degrees_of_freedom}"
             )
         return checked_signals(signals, model)
     if signals is None:
         return Plain(given.angles)
     if not all(hasattr(signals, name) for name in ("signals", "names", "planes")):
         raise TypeError(
-            f"signals must be a text such as 'R z phi', or a value of fastaff.models.angles, got {signals!r}"
+            f"signals must be a text such as 'R z phi', or a value of fastaff.models.angles, got {shown(signals)}"
         )
     suited(signals, n, f"samples of {2 * n} rows")
     return signals

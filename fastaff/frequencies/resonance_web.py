@@ -171,8 +171,8 @@ def resonance_web(
             jump = torn if jump is None else jump
     elif hasattr(nu, "regular"):
         raise TypeError(
-            f"axes must be the EnergyGrid of whose orbits nu, a {type(nu).__name__}, is, got {type(axes).__name__}: "
-            "over a grid of your own nu is an array (n, n1, n2), such as found.nu.reshape(-1, n1, n2)"
+            f"axes must be the EnergyGrid of the orbits of nu, got {type(axes).__name__}. For another grid pass nu as "
+            "an array, nu.reshape(-1, n1, n2)."
         )
     nu, errors = checked_frequencies(nu, errors)
     if nu.ndim != 3 or min(nu.shape[1:]) < 2:
@@ -331,7 +331,7 @@ def _chosen(resonances: Any, n: int, max_order: int) -> np.ndarray:
         return vectors(n, max_order)
     k = an_array("resonances", resonances)
     if k.dtype.kind not in "iu" or k.ndim != 2 or k.shape[1] != n or not k.any(axis=1).all():
-        raise ValueError(f"resonances must be integer vectors (m, {n}), none of them zero, got {resonances!r}")
+        raise ValueError(f"resonances must be integer vectors (m, {n}), none of them zero, got {shown(resonances)}")
     return k[np.argsort(np.abs(k).sum(axis=1), kind="stable")].astype(np.int64)
 
 

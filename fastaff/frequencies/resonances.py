@@ -144,8 +144,7 @@ class Resonances(Result):
         str
             Summary.
         """
-        ranks, counts = np.unique(self.rank[self.status == Status.OK], return_counts=True)
-        return describe(self.status, ", ".join(f"{c} of rank {rank}" for rank, c in zip(ranks, counts, strict=True)))
+        return describe(self.status, {f"of rank {rank}": self.rank == rank for rank in np.unique(self.rank)})
 
 
 def equation(k: Sequence[int], names: Sequence[str]) -> str:
@@ -337,7 +336,7 @@ def _names(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
     """Return names, by default 1 to n."""
     chosen = tuple(str(i + 1) for i in range(n)) if names is None else texts("names", names)
     if len(chosen) != n:
-        raise ValueError(f"names must be {n} names, one for each frequency, got {names!r}")
+        raise ValueError(f"names must be {n} names, one for each frequency, got {shown(names)}")
     return chosen
 
 

@@ -173,7 +173,7 @@ class Tunes(Result):
         some = np.isfinite(self.error).any(axis=0)
         counts = {entry.name.lower(): fine & some & (self.classification == entry) for entry in Classification}
         counts["without a tune"] = fine & ~some
-        return describe(self.status, ", ".join(f"{n} {said}" for said, which in counts.items() if (n := which.sum())))
+        return describe(self.status, counts)
 
     @property
     def digits(self) -> np.ndarray:

@@ -172,9 +172,7 @@ class PoincareOptions:
         self.check(run)
         time = self.max_time
         if isinstance(few.section, Stroboscopic) and time is not None:
-            raise OptionError.of(
-                "{max_time} does not go with a section of constant t: its crossings are a period apart"
-            )
+            raise OptionError.of("{max_time} must be left out with a section of constant t")
         if isinstance(few.section, Stroboscopic) or few.system.iterated:
             return {"crossings": self.crossings}
         if time is None:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import portion
+from ..core.numbers import portion, shown
 from ..core.status import Status
 from ..engine.code_folder import package_hash
 from ..results.machine import processor
@@ -67,8 +67,8 @@ def running(path: Any, **own: Any) -> Running:
     store = Store(path, writing=True)
     if store.facts["source"] != package_hash():
         raise OptionError(
-            f"{path} was begun by another version of fastaff, of Numba or of Python (source {store.facts['source']}, "
-            f"here {package_hash()}): its orbits would not all have the same arithmetic"
+            f"{path} was begun by another version of fastaff, Numba or Python (source {store.facts['source']}, here "
+            f"{package_hash()}). Run the job again."
         )
     if "model" in own and (told := stated(store).get("model")) != distinct(own["model"]):
         raise OptionError(f"{path} is of the model {told or 'in its job'}, got {distinct(own['model'])}")
@@ -91,9 +91,8 @@ def same_processor(store: Store, other: bool) -> None:
         return
     first, second = (" ".join(sorted({*one} - {*two})) or "nothing" for one, two in ((begun, here), (here, begun)))
     raise OptionError(
-        f"{store.path} was begun on another kind of processor: it had {first}, this one has {second} instead; the last "
-        "digits of orbits may differ between the two. To go on all the same give --allow-other-cpu "
-        "(allow_other_cpu=True)"
+        f"{store.path} was begun on another type of processor (only there {shown(first, 24)}, only here "
+        f"{shown(second, 24)}). Use --allow-other-cpu (allow_other_cpu=True)."
     )
 
 

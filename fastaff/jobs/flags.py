@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 
+from ..core.numbers import shown
 from ..systems.formulas.number import number
 from .wording import OptionError, option
 
@@ -25,7 +26,9 @@ def range_of(option: str, text: str | None) -> tuple[float, float] | None:
         if not (colon and ends[0] < ends[1]):
             raise ValueError
     except ValueError:
-        raise OptionError(f"{option} must be LOW:HIGH with LOW < HIGH, for example 0.1:1.2, got {text!r}") from None
+        raise OptionError(
+            f"{option} must be LOW:HIGH with LOW < HIGH, for example 0.1:1.2, got {shown(text)}"
+        ) from None
     return ends
 
 
@@ -39,8 +42,8 @@ def axis_of(name: str, text: str) -> np.ndarray:
             raise ValueError
     except ValueError:
         raise OptionError(
-            f"{option('axes')} {name} must be LOW:HIGH:N with LOW < HIGH and N at least 1, for example {name}=-1:1:40, "
-            f"got {text!r}"
+            f"{option('axes')} {name} must be LOW:HIGH:N with LOW < HIGH and N at least 1, such as {name}=-1:1:40, "
+            f"got {shown(text)}"
         ) from None
     return low + (high - low) * (np.arange(cells) + 0.5) / cells
 

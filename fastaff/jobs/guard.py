@@ -61,7 +61,7 @@ def checked_root(path: Path, facts: dict[str, Any]) -> None:
     fits(f"{path}", orbits)
     for name in (*facts["contents"], *facts["settled"]):
         if not re.fullmatch(r"[A-Za-z_]\w*", name) or not (path / name).is_dir():
-            raise OptionError(f"{path} is damaged: it has no {name!r}")
+            raise OptionError(f"{path} is damaged: it has no {shown(name)}")
     if facts["contents"].keys() != facts["settled"].keys() or "launch" in facts["contents"]:
         raise OptionError(f"{path} is damaged: what was settled is of other analyses than its results")
     for name, content in facts["contents"].items():
@@ -291,8 +291,7 @@ class Numbers:
             part = whole[..., number * size - low : (number + 1) * size - low]
             if self._seals is not None and not self._seals.fits(self._name, number, part):
                 raise OptionError(
-                    f"{self._path} is damaged: {self._name} of chunk {number} is not what was written there; was its "
-                    "file exchanged?"
+                    f"{self._path} is damaged: {self._name} of chunk {number} is not what was written there"
                 )
         return whole
 

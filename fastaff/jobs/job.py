@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.names import did_you_mean
-from ..core.numbers import numbers, shown, whole
+from ..core.numbers import listed, numbers, shown, whole
 from ..core.placing import text_of
 from ..runs.requirements import check_given, checked_system, current_system, phase_points
 from ..runs.starts import ordered, orders_of, starts_of
@@ -143,11 +143,11 @@ class Job:
             elif value is not None or name in ("energy_surface", "options"):
                 raise TypeError(f"{name} must be of class {kind.__name__}, got {shown(value)} ({type(value).__name__})")
         if not self.analyses():
-            raise ValueError(f"a job must have one of {', '.join(ANALYSES)}: nothing is to be computed")
+            raise ValueError(f"a job must have one of {listed(ANALYSES)}: nothing is to be computed")
         if self.chunk is not None:
             object.__setattr__(self, "chunk", whole("chunk", self.chunk, 1))
         if self.scan is not None and [*self.analyses()] != ["chaos_map"]:
-            raise ValueError(f"scan takes chaos_map alone, got {', '.join(self.analyses())}")
+            raise ValueError(f"scan takes chaos_map alone, got {listed(self.analyses())}")
 
     def analyses(self) -> dict[str, Analysis]:
         """Return the analyses of the job.
@@ -411,7 +411,9 @@ def _parsed(text: str, own: dict[str, Any]) -> dict[str, Any]:
         if not isinstance(value, dict):
             raise TypeError(f"{name} must be a table, [{name}] with keys below it, got {shown(value)}")
         if "value" in value and name in ("model", "initial_conditions"):
-            raise OptionError(f"[{name}] is one of your own, {value['value']}, that no text describes: give {name}=...")
+            raise OptionError(
+                f"[{name}] is a user-defined value, {value['value']}, that no text describes. Pass {name}=..."
+            )
         found[name] = _table(name, value)
     return found
 

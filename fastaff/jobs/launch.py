@@ -154,8 +154,7 @@ class InitialConditions:
         for name in ("q_range", "p_range", "grid"):
             if getattr(self, name) is not None:
                 raise OptionError.of(
-                    "{it} is of the two coordinates of a section of a body or of a system of two coordinates; "
-                    "elsewhere give {axes} NAME=LOW:HIGH:N",
+                    "{it} requires a section of a body or of a system of two coordinates. Use {axes} NAME=LOW:HIGH:N.",
                     it=option(name),
                 )
         if self.microcanonical and (self.at_rest or self.solve is not None):

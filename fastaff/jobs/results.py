@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.interruption import imported
-from ..core.numbers import MOST
+from ..core.numbers import MOST, listed, shown
 from ..core.status import Status
 from .chunks import LOG, Chunk, again_to_run, outcomes, waiting
 from .guard import reported_as_damage
@@ -90,7 +90,7 @@ class JobResults:
         """
         name, *points = key if isinstance(key, tuple) else (key,)
         if name not in self.names:
-            raise KeyError(f"the job has {', '.join(self.names)}, not {name!r}")
+            raise KeyError(f"the job has {listed(self.names)}, not {shown(name)}")
         if points:
             return self._part(name, points)
         if self._found is not None:
@@ -101,7 +101,7 @@ class JobResults:
     def _part(self, name: str, points: list[Any]) -> Any:
         """Return the result of the finished orbits between two points."""
         if self.job.scan is not None:
-            raise TypeError(f"a scan goes by cases, not points: results[{name!r}]")
+            raise TypeError(f"a scan goes by cases, not points: results[{shown(name)}]")
         if len(points) != 1 or not isinstance(points[0], slice) or points[0].step not in (None, 1):
             raise TypeError(f"points must be one slice without a step, such as 0:100_000, got {points}")
         if self._found is not None:
@@ -215,7 +215,7 @@ class JobResults:
 
     def __repr__(self) -> str:
         where = "in memory" if self.path is None else f"in {self.path}"
-        return f"JobResults({', '.join(self.names)}; {where})"
+        return f"JobResults: {', '.join(self.names)}, {where}"
 
     def to_xarray(self, chunks: Any = None) -> Any:
         """Open the store as an ``xarray.DataTree`` that reads arrays on access.

@@ -16,7 +16,7 @@ import numpy as np
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted
 from ..core.names import named
-from ..core.numbers import StrPath, checked_callback, flag, free_memory, function, positive, shown, whole
+from ..core.numbers import StrPath, checked_callback, flag, free_memory, function, listed, positive, shown, whole
 from ..core.placing import sweep
 from ..core.status import Status
 from ..engine.code_folder import package_hash
@@ -334,7 +334,7 @@ def _status(one: Any) -> Status:
     try:
         return Status(one)
     except ValueError:
-        raise ValueError(f"status must be of {', '.join(entry.name for entry in Status)}, got {shown(one)}") from None
+        raise ValueError(f"status must be of {listed(entry.name for entry in Status)}, got {shown(one)}") from None
 
 
 def begin(
@@ -352,12 +352,12 @@ def begin(
     each = WORKING * (_bytes_of(template) + 8 * few.z0.shape[0])
     most = int(room // each)
     if most < 1:
-        raise OptionError(f"memory must be at least {each:.0f} bytes, what one orbit of this job takes, got {room:.0f}")
+        raise OptionError(f"memory must be at least {each:.0f} bytes, one orbit of this job, got {room:.0f}")
     size = job.chunk
     if size is None:
         size = _chunk_size(plan, settled, run, most)
     elif min(size, plan.launch.size) > (most := int((free if memory is None else room) // each)):
-        raise OptionError(f"chunk must be at most {most} orbits to take {most * each:.0f} bytes of memory, got {size}")
+        raise OptionError(f"chunk must be at most {most} orbits for {most * each:.0f} bytes of memory, got {size}")
     own_initial_conditions = isinstance(plan.launch, Points)
     facts = {
         "job": job.text(),
@@ -430,8 +430,8 @@ def _fits(plan: JobPlan, settled: dict[str, Any], options: Any, few: AnalysedOrb
     each = _bytes_of(dict(computed(plan, few.z0[:, :1], settled, options)))
     if WORKING * each * size > (free := free_memory()):
         raise OptionError(
-            f"{size} orbits in memory take {WORKING * each * size:.3g} bytes, {free:.3g} are free: give store, which "
-            "takes them chunk by chunk"
+            f"store must be given for {size} orbits, which require {WORKING * each * size:.3g} bytes of memory, "
+            f"{free:.3g} are free"
         )
 
 

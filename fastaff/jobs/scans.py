@@ -12,7 +12,7 @@ import numpy as np
 
 from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases, chaotic_fraction
 from ..core.names import named
-from ..core.numbers import portion
+from ..core.numbers import portion, shown
 from ..runs.requirements import current_system
 from ..sections.energy_sample import energy_sample
 from ..systems.formulas.number import number
@@ -99,7 +99,7 @@ def _parsed(text: str) -> Scanned:
         if len(parts) != 3 or not equals or not math.isfinite(low + high) or not low < high or not 2 <= count < 10**6:
             raise ValueError
     except (ValueError, IndexError):
-        raise OptionError(f"{option('scan')} must be {FORM}, got {text!r}") from None
+        raise OptionError(f"{option('scan')} must be {FORM}, got {shown(text)}") from None
     return Scanned(name.strip().replace("p-", "p_"), np.linspace(low, high, count))
 
 

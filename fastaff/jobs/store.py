@@ -24,6 +24,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import imported, reraise_interrupt
+from ..core.numbers import shown
 from ..core.placing import draft, like, text_of
 from ..core.status import Status
 from ..exchange.files import opened, unpacked
@@ -375,8 +376,7 @@ class Store:
                 with contextlib.suppress(OSError):  # a folder with other files stays
                     folder.rmdir()
         raise FileNotFoundError(
-            f"{self.path} was moved, replaced or removed while it was written; go on at its new place: "
-            "fastaff resume NEW_PLACE"
+            f"{self.path} was moved, replaced or removed while it was written. Use fastaff resume NEW_PLACE."
         )
 
 
@@ -501,7 +501,7 @@ def facts_of(path: Path) -> dict[str, Any]:
     facts = _told(path)
     version = facts.get("format") if isinstance(facts, dict) else None
     if type(version) is not int or version != FORMAT:
-        raise OptionError(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT}")
+        raise OptionError(f"{path} has the format {shown(version)}; this version of fastaff reads {FORMAT}")
     checked_root(path, facts)
     return facts
 

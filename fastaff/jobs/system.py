@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from ..core.names import named, pairs, spelled
+from ..core.numbers import listed
 from ..core.status import Status
 from ..engine.kinds import OPTIONS, TERMS
 from ..runs.requirements import check_given
 from ..sections.energy_limits import may_escape
 from ..systems import models
 from ..systems.formulas.formula import affine_body, hamiltonian
+from ..systems.formulas.grammar import TIME, UnknownName
 from ..systems.formulas.iterated_map import iterated_map
 from ..systems.formulas.library import Request
 from ..systems.formulas.map_source import MapRequest
@@ -148,9 +150,7 @@ class Model:
         kind, names = MODELS[key]
         for name in given:
             if name not in names:
-                raise OptionError(
-                    f"{option(name)} is not a parameter of {key}, which has {', '.join(map(option, names))}"
-                )
+                raise OptionError(f"{option(name)} is not a parameter of {key}, which has {listed(map(option, names))}")
         value = getattr(models, kind)(**given)
         return value if key == "henon-heiles" else models.Body(value, self.mu)
 
@@ -178,7 +178,7 @@ class Model:
         values = self._values(texts) | given
         for name in values:
             if name not in names:
-                raise OptionError(f"{option('parameter')} {name} is none of {key}, which has {', '.join(names)}")
+                raise OptionError(f"{option('parameter')} {name} is none of {key}, which has {listed(names)}")
         if self.mu != 1.0:
             raise OptionError.of("{mu} belongs to bodies")
         return kind(**values)
@@ -235,9 +235,8 @@ class Model:
                 said = option("periodic") + said.removeprefix("periodic")
             elif said.startswith("drive_period"):
                 said = option("drive_period") + said.removeprefix("drive_period")
-            if "unknown name" in said:
-                said += f"; {option('parameter')} gives a parameter, NAME=VALUE"
-                said += f", and {option('coordinates')} names the coordinates" if own == "hamiltonian" else ""
+            if isinstance(problem, UnknownName):
+                said = said.replace(f". {problem.hint}", f". {_hint(problem, own)}")
             raise OptionError(said) from None
 
     def _made(self, values: dict[str, Any]) -> Any:
@@ -260,6 +259,16 @@ class Model:
             own["vector_potential"] = fields
             return hamiltonian(self.hamiltonian, domain=self.domain, **own, **values)
         return affine_body(self.formula, mu=self.mu, domain=self.domain, **values)
+
+
+def _hint(problem: UnknownName, own: str) -> str:
+    """Return the options that may be meant where a formula has an unknown name."""
+    if near := re.search(r"Did you mean [^?]*\?", problem.hint):
+        return near[0]
+    if problem.name == TIME and own == "hamiltonian":
+        return f"Use {option('drive_period')} for the time of a driven system."
+    coordinates = f" or {option('coordinates')}" if own == "hamiltonian" else ""
+    return f"Use {option('parameter')} {problem.name}=VALUE{coordinates}."
 
 
 def _rate(text: str | None) -> float | str | None:

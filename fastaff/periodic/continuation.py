@@ -201,7 +201,7 @@ def continuation(
     if parameter is None:
         check_needs(system, "a branch along the energy")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
-        raise ValueError(f"direction must be +1 or -1, got {direction!r}")
+        raise ValueError(f"direction must be +1 or -1, got {shown(direction)}")
     low, high = _bounds(bounds)
     ds_max = positive("ds_max", ds_max)
     tolerance = positive("tolerance", tolerance)
@@ -220,7 +220,7 @@ def continuation(
             raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
         value = float(first.energy[0]) if parameter is None else parameter
         if not low <= value <= high:
-            raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
+            raise ValueError(f"bounds must contain the first value {shown(value)}, got {shown(bounds)}")
         how["step"] = None if section is None or np.isinf(first.step[0]) else float(first.step[0])
         # z: of an odd number of variables with the idle row.
         flow, z, *_ = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme}))
@@ -275,7 +275,7 @@ def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
         return (lambda _: model), model
     if not callable(model) or isinstance(model, tuple):
         raise TypeError(
-            f"model must be a function that makes a model of the parameter, got {model!r} ({type(model).__name__})"
+            f"model must be a function that makes a model of the parameter, got {shown(model)} ({type(model).__name__})"
         )
     return model, model(real("parameter", parameter))
 

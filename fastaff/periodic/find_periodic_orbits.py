@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted, partial_result_on_interrupt
-from ..core.numbers import positive, whole
+from ..core.numbers import positive, shown, whole
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.progress import tell
 from ..runs.options import Options
@@ -74,7 +74,7 @@ def periodic_guesses(
            [0.        ]])
     """
     if not isinstance(section_map, SectionMap):
-        raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
+        raise TypeError(f"section_map must be a SectionMap, got {shown(section_map)} ({type(section_map).__name__})")
     crossings = whole("crossings", crossings, 1)
     max_guesses = whole("max_guesses", max_guesses, 1)
     min_distance = positive("min_distance", min_distance)

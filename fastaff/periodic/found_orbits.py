@@ -277,14 +277,10 @@ class PeriodicOrbits(Result):
             Summary.
         """
         good = self.status == Status.OK
-        kinds, counts = np.unique(self.stability[good], return_counts=True)
-        parts = [f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)]
+        kinds = {entry.name.lower().replace("_", " "): self.stability == entry for entry in Stability}
+        said = describe(self.status, kinds)
         vague = int((self.error[good] > SAME).sum())
-        if vague:
-            parts.append(
-                f"{vague} known to less than {SAME:g} of their size (rounding times the multipliers, or steps)"
-            )
-        return describe(self.status, ", ".join(parts))
+        return f"{said}; {vague} have relative errors above {SAME:g}" if vague else said
 
 
 def _conditions(matrix: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.numbers import fits, numbers
+from ..core.numbers import fits, kind_of, numbers, shown
 from ..core.status import Status
 from ..engine.kernels import crossings as kernels
 from ..results.display import screen
@@ -63,7 +63,7 @@ FINER = 8.0
 
 def checked_guesses(system: System, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
     """Check the arguments of searches; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
-    name = type(system.model).__name__
+    name = kind_of(system.model)
     if system.iterated and not system.symplectic:
         raise ValueError(f"model {name} is not symplectic: its periodic orbits have no residues")
     check_given(system, "a return at an energy", energy=energy)
@@ -79,7 +79,7 @@ def checked_guesses(system: System, z0: Any, energy: Any, options: Options) -> t
             flow = replace(flow, step=_steps_at_rest(flow, z, options))
     given = system.energies(z) if aim is None else aim
     if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
-        raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")
+        raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {shown(energy)}")
     return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))
 
 
@@ -103,8 +103,7 @@ def checked_return(system: System, section: Any, scheme: Any) -> Any:
         checked_section(section, system)
         if system.driven and not isinstance(section, Stroboscopic):
             raise ValueError(
-                "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
-                f"the map over its period; got {section!r}"
+                f"section must be a stroboscopic one for a driven system, such as 't=0', got {shown(section)}"
             )
         usual: Any
         if system.separable:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import shown
+from ..core.numbers import listed, shown
 from ..core.status import Status
 from ..periodic.bifurcations import Bifurcation, Event
 from ..periodic.continuation import Branch
@@ -141,7 +141,7 @@ def _row(branches: Sequence[Branch], y: str | None) -> int | None:
     if y == FREQUENCY or (y is None and not forced):
         return None
     if y is not None and y not in names:
-        raise ValueError(f"y must be one of {', '.join((*names, FREQUENCY))}, got {y!r}")
+        raise ValueError(f"y must be one of {listed((*names, FREQUENCY))}, got {shown(y)}")
     return 0 if y is None else names.index(y)
 
 
@@ -219,8 +219,7 @@ def plot_bifurcation(
     """
     if not isinstance(bifurcation, Bifurcation):
         raise TypeError(
-            "bifurcation must be one of a branch's, such as branch.bifurcations[0]; branch.plot() draws a branch with "
-            f"all of its, got {shown(bifurcation)}"
+            f"bifurcation must be one of branch.bifurcations, got {shown(bifurcation)}. Use branch.plot() to draw all."
         )
     mark = _mark(ax, [bifurcation], bifurcation.event, 2 * math.pi if angular else 1.0)
     ax.annotate(

@@ -16,6 +16,7 @@ import numpy as np
 from ..chaos.chaos_map import ChaosMap
 from ..chaos.chaotic_fraction import ChaoticFraction
 from ..core.docstrings import inserts_parameters
+from ..core.numbers import listed, shown
 from ..core.status import Status
 from ..sections.energy_grid import EnergyGrid
 from ..sections.energy_sample import EnergySample
@@ -79,7 +80,7 @@ def plot_chaos_map(
     0
     """
     if indicator is not None and indicator not in chaos_map.names:
-        raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)} or None, got {indicator!r}")
+        raise ValueError(f"indicator must be one of {listed(chaos_map.names)} or None, got {shown(indicator)}")
     orbits = starts.z0.shape[1]
     if chaos_map.status.size != orbits:
         raise ValueError(f"chaos_map must be of the {orbits} orbits of starts, got {chaos_map.status.size}")
@@ -278,12 +279,12 @@ def plot_history(
     histories = chaos_map.history
     times = chaos_map.history_times
     if indicator not in chaos_map.names:
-        raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)}, got {indicator!r}")
+        raise ValueError(f"indicator must be one of {listed(chaos_map.names)}, got {shown(indicator)}")
     history = histories[chaos_map.names.index(indicator)]
     if not np.isfinite(history).any():
         raise ValueError(
-            f"chaos_map has no history of {indicator}: call chaos_map(..., history=200) with an indicator of tangent "
-            "vectors"
+            f"chaos_map must have a history of {indicator} to be drawn. Use chaos_map(..., history=200) with an "
+            "indicator of deviation vectors."
         )
     total = history.shape[1]
     chosen = chosen_orbits(orbits, total, 40)

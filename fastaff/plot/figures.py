@@ -82,9 +82,7 @@ def _over(draw: Callable) -> Callable:
 
     def figure(found: Any, starts: Any = None, *, web: Any = None, **options: Any) -> Any:
         if web is not None and not isinstance(starts, EnergyGrid):
-            raise TypeError(
-                f"web= is drawn over the EnergyGrid that it is of: result.plot(grid, web=web), got {starts!r}"
-            )
+            raise TypeError(f"web must be drawn over its EnergyGrid, result.plot(grid, web=web), got {shown(starts)}")
         if starts is None:
             return draw(found, **options)
         drawn = plot_starts(starts, values=colouring(found, "diffusion"), **options)

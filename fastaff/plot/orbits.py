@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
+from ..core.numbers import listed, shown
 from ..core.status import Status
 from ..runs.coordinates import chart_row
 from ..runs.integrate import Orbits
@@ -96,7 +97,7 @@ def _row(result: Orbits, states: np.ndarray, name: str) -> np.ndarray:
         return states[result.names.index(name)]
     found = chart_row(states, name)
     if found is None:
-        raise ValueError(f"x and y must be among {', '.join(result.names)}, or of a body's charts, got {name!r}")
+        raise ValueError(f"x and y must be among {listed(result.names)}, or of a body's charts, got {shown(name)}")
     return found
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
+from ..core.numbers import listed, shown
 from ..core.status import Status
 from ..periodic.found_orbits import PeriodicOrbits, Stability
 from ..runs.coordinates import in_chart
@@ -94,7 +95,7 @@ def plot_periodic(
     chosen = x or free, y or names[names.index(free) + len(names) // 2]
     for name in chosen:
         if name not in names:
-            raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
+            raise ValueError(f"x and y must be among {listed(names)}, got {shown(name)}")
     u, v = (rows[names.index(name)].T for name in chosen)
     kinds = orbits.stability
     drawn = orbits.status == Status.OK

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import shown
+from ..core.numbers import listed, shown
 from ..quantum.spectra.level_diagram import Curve, LevelDiagram
 from ..quantum.states.level_table import VIBRATION, LevelTable
 from ..quantum.states.state import State
@@ -337,7 +337,7 @@ def plot_density(
     chosen = chart or state.chart
     if getattr(chosen, "name", None) not in [known.name for known in CHARTS]:
         raise ValueError(
-            f"chart must be {', '.join(known.name for known in CHARTS)}, got {getattr(chosen, 'name', chosen)!r}"
+            f"chart must be {listed(known.name for known in CHARTS)}, got {shown(getattr(chosen, 'name', chosen))}"
         )
     (x0, x1), (y0, y1) = limits or _frame(state, chosen, model)
     x = np.linspace(x0, x1, points)
@@ -371,7 +371,7 @@ def _vibration(
     """Draw the density of a vibration of two coordinates, with the curve V = E."""
     lattice = state.lattice
     if len(lattice.names) != 2:
-        raise ValueError(f"state must be of two coordinates to be drawn, got {', '.join(lattice.names)}")
+        raise ValueError(f"state must be of two coordinates to be drawn, got {listed(lattice.names)}")
     places = lattice.points(state.kept)
     whole = np.zeros(places.shape[1], bool)
     (x0, x1), (y0, y1) = limits or [_span(row, state.values**2, whole) for row in places]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.numbers import an_array, shown, text, whole
+from ..core.numbers import an_array, listed, shown, text, whole
 from ..frequencies.own_lines import in_time, own_lines
 
 
@@ -62,7 +62,9 @@ def frequency(frequency_map: Any, name: str, frequencies: Any = None) -> np.ndar
     if name in ("eta", "gamma") and frequency_map.nu_eta is not None:
         return frequency_map.nu_eta if name == "eta" else frequency_map.nu_gamma
     extra = ", eta, gamma" if frequency_map.nu_eta is not None else ""
-    raise ValueError(f"frequency must be one of {', '.join(frequency_map.names)}{extra}, or a ratio a/b, got {name!r}")
+    raise ValueError(
+        f"frequency must be one of {listed(frequency_map.names)}{extra}, or a ratio a/b, got {shown(name)}"
+    )
 
 
 def resonances_between(low: float, high: float, max_order: int) -> list[tuple[int, int, int]]:
@@ -134,7 +136,10 @@ def lines_of(
             if weight <= order and math.gcd(k1, k2, k0) == 1 and (ratios or turns or k0 == 0):
                 kept.append((k1, k2, k0))
         if len(kept) > MOST_LINES:
-            raise ValueError(f"lines: more than {MOST_LINES} of {lines!r} cross the figure; a lower order, or limits=")
+            raise ValueError(
+                f"lines must be at most {MOST_LINES} in the figure, got more for {shown(lines)}. Try a lower order or "
+                "limits=."
+            )
     return kept
 
 

@@ -18,7 +18,7 @@ from ..chaos.indicator import IndicatorStyle
 from ..chaos.indicators import GALI, INDICATORS
 from ..chaos.pass_indicators import TOLD
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import an_array, numbers, real
+from ..core.numbers import an_array, listed, numbers, real
 from ..core.status import Status
 from ..frequencies.frequencies import FrequencyMap
 from ..results.result import Result, columns
@@ -38,6 +38,14 @@ LABELS = {
     "period": "period $T$",
     "time": "time $T$",
 }
+
+
+class UnknownColumn(ValueError):
+    """A result has no column of a name; names: those that it has."""
+
+    def __init__(self, given: str, names: tuple[str, ...]):
+        super().__init__(f"the column must be one of {listed(names)}, got {given}")
+        self.names = names
 
 
 class Colouring(NamedTuple):
@@ -337,7 +345,7 @@ def _column(result: Any, name: str | None) -> np.ndarray:
         ]
         known += list(getattr(result, "names", ())) if isinstance(result, ChaosMap) else []
         which = f"{name!r}" if name is not None else "none: fastaff.plot.colouring(result, name)"
-        raise ValueError(f"the column must be one of {', '.join(dict.fromkeys(known))}, got {which}")
+        raise UnknownColumn(which, tuple(dict.fromkeys(known)))
     return array.astype(np.float64)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
+from ..core.numbers import listed, shown
 from ..core.status import Status
 from ..periodic.found_orbits import PeriodicOrbits
 from ..runs.integrate import integrate
@@ -98,7 +99,7 @@ def plot_scars(
     from matplotlib.patheffects import Normal, Stroke
 
     if chart is not None and chart.name not in [plane.name for plane in PLANES]:
-        raise ValueError(f"chart must be one of {', '.join(plane.name for plane in PLANES)}, got {chart.name!r}")
+        raise ValueError(f"chart must be one of {listed(plane.name for plane in PLANES)}, got {shown(chart.name)}")
     z = traced(model, orbits, points)
     if len(z) == 8:
         u, v = np.hypot(z[0], z[1]), np.hypot(z[2], z[3])
@@ -111,9 +112,9 @@ def plot_scars(
         names = chart.names
     drawn = ax.has_data()
     limits = (ax.get_xlim(), ax.get_ylim())
-    shown = ax.get_xlabel()
-    if drawn and shown and not shown.startswith(f"${symbol(names[0])}$"):
-        raise ValueError(f"chart must be that of the axes, whose first coordinate is {shown}, got {names[0]}")
+    label = ax.get_xlabel()
+    if drawn and label and not label.startswith(f"${symbol(names[0])}$"):
+        raise ValueError(f"chart must be that of the axes, whose first coordinate is {label}, got {names[0]}")
     curves = []
     for k in np.flatnonzero(orbits.status == Status.OK):
         steady = orbits.stability[k] in STABLE

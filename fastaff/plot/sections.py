@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
+from ..core.numbers import listed, shown
 from ..core.status import Status
 from ..runs.coordinates import chart_row
 from ..runs.requirements import checked_chart, current_system
@@ -98,7 +99,7 @@ def plot_section(
     x, y = x or first, y or second
     for name in (x, y):
         if name not in names:
-            raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
+            raise ValueError(f"x and y must be among {listed(names)}, got {shown(name)}")
     u = coordinates[names.index(x)]
     v = coordinates[names.index(y)]
     colours = None if values is None else orbit_colours(section_map, values, u.shape[1], norm, vmin, vmax, label)

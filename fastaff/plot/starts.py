@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import shown
+from ..core.numbers import listed, shown
 from ..results.result import Result
 from ..sections.energy_grid import EnergyGrid
 from ..sections.energy_sample import EnergySample
@@ -27,8 +27,8 @@ def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
         raise TypeError(f"starts must be an EnergyGrid or EnergySample, got {shown(starts)}")
     if len(starts.names) != 2:
         raise ValueError(
-            f"starts must lie over two coordinates to be drawn, these are {', '.join(starts.names)}: draw some, "
-            'such as plt.scatter(starts["x"], starts["z"])'
+            f"starts must lie over two coordinates, got {listed(starts.names)}. Use plt.scatter(starts['x'], "
+            "starts['z']) to draw two of them."
         )
     if isinstance(starts, EnergyGrid):
         return np.array([grid.ravel()[starts.cell_index] for grid in np.meshgrid(*starts.axes, indexing="ij")])
@@ -112,7 +112,10 @@ def plot_diffusion_grid(
     if isinstance(values, Result):
         values = colouring(values)
     if isinstance(values, str) and values not in grid.names:
-        raise TypeError(f"values must be numbers (orbits,), a result, or its colouring(result, {values!r}), got a text")
+        raise TypeError(
+            "values must be numbers (orbits,), a result or its colouring, got a text. Use colouring(result, "
+            f"{shown(values)})."
+        )
     at = places(grid)
     colours = orbit_colours(grid, values, grid.cell_index.size, norm, vmin, vmax, label)
     each = colours.values

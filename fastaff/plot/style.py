@@ -261,7 +261,7 @@ def chosen_orbits(orbits: Any, total: int, most: int, name: str = "orbits") -> A
     if not found.size:
         return found.astype(int)
     if found.dtype.kind not in "iu" or found.min() < -total or found.max() >= total:
-        raise ValueError(f"{name} must be whole numbers below {total}, the number of {name}, got {orbits!r}")
+        raise ValueError(f"{name} must be whole numbers below {total}, the number of {name}, got {shown(orbits)}")
     return found % total
 
 

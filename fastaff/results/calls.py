@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..core.foreign import dispatch_adapter
 from ..core.names import did_you_mean
-from ..core.numbers import checked_callback
+from ..core.numbers import checked_callback, listed
 from .progress import watched
 
 Full = Callable[[Any, Any], Any]
@@ -175,13 +175,14 @@ def _misfit(function: Callable, signature: inspect.Signature, given: tuple, name
         meant = [other for other in ABBREVIATED.get(name, ()) if other in names]
         hint = f".{f' Did you mean {meant[0]}?' if meant else did_you_mean(name, names)}"
         if name in OF_SYSTEMS or name in OPTIONS:
-            hint = f": it belongs to the system, hamiltonian('...', {name}=...)."
+            hint = f". Use hamiltonian('...', {name}=...)."
         if name in ELSEWHERE:
             hint = f": {ELSEWHERE[name]}."
     try:
         return function(*given, **named)
     except TypeError as problem:
-        raise TypeError(f"{problem}{hint or '.'} It takes {', '.join(names)}") from None
+        known = "" if "Did you mean" in hint or " Use " in hint else f" It takes {listed(names)}."
+        raise TypeError(f"{problem}{hint or '.'}{known}") from None
 
 
 def keep(result: Any, call: Call | None) -> Any:

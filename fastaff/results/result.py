@@ -32,7 +32,8 @@ from numpy.typing import ArrayLike
 
 from ..core import status as outcomes
 from ..core.interruption import imported
-from ..core.numbers import StrPath, an_array, shown
+from ..core.names import did_you_mean
+from ..core.numbers import StrPath, an_array, listed, shown
 from .display import brief, screen, short
 from .provenance import provenance
 
@@ -132,7 +133,7 @@ def index_of(result: Any, items: Any) -> tuple:
         elif isinstance(entry, (int, np.integer)) and not isinstance(entry, bool):
             k = operator.index(entry)
             if not -size <= k < size:
-                raise ValueError(f"items must be numbers of {size} {result.axis}s, got {k}")
+                raise IndexError(_beyond(result, k, size))
             found.append(slice(k % size, k % size + 1))
         else:
             found.append(_chosen(result, entry, shape[used:]))
@@ -151,8 +152,14 @@ def _chosen(result: Any, entry: Any, shape: tuple[int, ...]) -> np.ndarray:
     if array.dtype.kind in "iu" and array.ndim == 1:
         if np.all((array >= -shape[0]) & (array < shape[0])):
             return array
-        raise ValueError(f"items must be numbers of {shape[0]} {result.axis}s, got {shown(entry)}")
-    raise ValueError(f"items must be numbers of {shape[0]} {result.axis}s, a slice or a mask, got {shown(entry)}")
+        raise IndexError(_beyond(result, int(array[(array < -shape[0]) | (array >= shape[0])][0]), shape[0]))
+    raise ValueError(f"items must be indices of {result.axis}s, a slice or a mask {shape[:1]}, got {shown(entry)}")
+
+
+def _beyond(result: Any, index: int, size: int) -> str:
+    """Return the sentence for an index beyond the items of a result."""
+    what = f"{size} {result.axis}{'' if size == 1 else 's'}"
+    return f"items: the {result.axis} index {shown(index)} is out of range for a result with {what}"
 
 
 def alike(one: Any, other: Any) -> bool:
@@ -266,7 +273,7 @@ class Result(Drawable):
 
     def __array__(self, *_: Any, **__: Any) -> np.ndarray:
         hint = ", give its .z0" if hasattr(self, "z0") else ""
-        raise TypeError(f"a {type(self).__name__} is no array{hint}; its arrays are {', '.join(field_names(self))}")
+        raise TypeError(f"a {type(self).__name__} is no array{hint}; its arrays are {listed(field_names(self))}")
 
     def __bool__(self) -> bool:
         return True
@@ -321,6 +328,8 @@ class Result(Drawable):
         ------
         TypeError
             If the result has no items.
+        IndexError
+            If an item does not exist.
         ValueError
             If `items` is not an index of the items. The message names the values allowed.
         """
@@ -415,7 +424,7 @@ class Result(Drawable):
             Count of each outcome.
         """
         if hasattr(self, "status"):
-            return outcomes.describe(self.status)
+            return outcomes.describe(self.status, what=self.axis or "orbit")
         try:
             count = int(np.prod(self.item_shape))
         except TypeError:
@@ -566,7 +575,9 @@ def named(result: Result, name: str) -> Any:
     derived = result._row(name)
     if derived is not None:
         return derived
-    raise KeyError(f"{type(result).__name__} has no {name!r}; it has {', '.join([*own, *rows])}")
+    known = [row for row in rows if row.partition("_")[0] not in own] or own
+    hint = did_you_mean(name, [*own, *rows]) or f" Names: {listed(known)}."
+    raise KeyError(f"{type(result).__name__} has no field {shown(name)}.{hint}")
 
 
 def _shared(result: Any) -> Iterator[tuple[str, Axes, Any]]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.foreign import dispatch_adapter, without_unit
-from ..core.numbers import an_array, entries, fits, numbers, positive, refuse_unit, shown
+from ..core.numbers import an_array, entries, fits, listed, numbers, positive, refuse_unit, shown
 from ..core.status import Status
 from ..engine.threads import by_portions
 from ..results.result import Result
@@ -85,7 +85,9 @@ def given_orbits(
     """
     names = None if coordinates is None else row_names(coordinates)
     if isinstance(value, str):
-        raise TypeError(f"samples must be arrays, a result or, of MAD's tracking, pathlib.Path({value!r}); got a text")
+        raise TypeError(
+            f"samples must be arrays or a result, got a text. For a file of MAD use pathlib.Path({shown(value)})."
+        )
     if hasattr(value, "degrees_of_freedom"):
         run = "fa.integrate(model, z0, time=..., samples=4096)"
         raise TypeError(f"samples must be of orbits, {type(value).__name__} is a system: give {run}")
@@ -114,21 +116,21 @@ def given_orbits(
     elif hasattr(value, "points") and hasattr(value, "counts") and hasattr(value, "names"):
         if names is None:
             raise ValueError(
-                f"samples are points of a section: coordinates must say in which planes, such as ('{value.names[1]}', "
-                f"'{value.names[len(value.names) // 2 + 1 if len(value.names) > 2 else -1]}')"
+                "coordinates must be given for points of a section, the two coordinates of its plane, such as "
+                f"('{value.names[1]}', '{value.names[len(value.names) // 2 + 1 if len(value.names) > 2 else -1]}')"
             )
         parts = tuple(value[entry] for entry in names)
         order = ((1, 0),) * len(names)
     elif _named(value):
         if names is None:
             raise ValueError(
-                f"samples has named arrays: coordinates must say which, q1, ..., qn, p1, ..., pn; it has "
+                "coordinates must be given for named arrays, q1, ..., qn, p1, ..., pn of the names "
                 f"{shown(list(value))}"
             )
         missing = [entry for entry in names if entry not in value]
         if missing:
             raise ValueError(
-                f"coordinates must be names in samples, which has {shown(list(value))}, got {missing[0]!r}"
+                f"coordinates must be names in samples, which has {shown(list(value))}, got {shown(missing[0])}"
             )
         parts = tuple(_source(value[entry]) for entry in names)
         order = tuple(_order(part, 2) for part in parts)
@@ -231,7 +233,8 @@ def _known_order(value: Any) -> Any:
     if isinstance(pair, (list, tuple)) and [getattr(entry, "ndim", 0) for entry in pair[:3]] == [1, 2]:
         call = "samples=np.stack([rows.T for _, rows in orbits], axis=1), times=orbits[0][0]"
         raise TypeError(
-            f"samples must be rows, got times and rows (samples, 2n): rows.T, times=times; of several, {call}"
+            "samples must be rows (2n, samples), got times and rows (samples, 2n). Use rows.T, times=times; for "
+            f"several orbits {call}."
         )
     if not isinstance(value, np.ndarray):
         return [without_unit(entry) for entry in value] if isinstance(value, (list, tuple)) else value
@@ -265,12 +268,14 @@ def _plain(value: Any) -> np.ndarray:
     array = an_array("samples", value)
     if array.dtype.kind == "c":
         raise TypeError(
-            "samples must be real rows q1, ..., qn, p1, ..., pn, got complex numbers: of signals q - i p give "
-            "np.concatenate([s.real, -s.imag]), or the signals to naff"
+            "samples must be real rows q1, ..., qn, p1, ..., pn, got complex numbers. For signals q - i p use "
+            "np.concatenate([s.real, -s.imag])."
         )
     if array.dtype.kind == "O":
-        call = "np.array(samples.tolist(), dtype=float), with rows of one length, np.nan where an orbit has ended"
-        raise TypeError(f"samples must be an array of real numbers, got objects of shape {array.shape}: {call}")
+        raise TypeError(
+            f"samples must be an array of real numbers, got objects of shape {array.shape}. Fill rows with np.nan to "
+            "one length."
+        )
     return array
 
 
@@ -292,7 +297,7 @@ def _order(part: Any, axes: int) -> tuple[int, ...]:
         places[places.index(-1)] = unknown[0]
     if -1 in places:
         raise ValueError(
-            f"samples must have dimensions named like {', '.join(kind[0] for kind in kinds)}, got {dims}: rename them"
+            f"samples must have dimensions named like {listed(kind[0] for kind in kinds)}, got {dims}: rename them"
         )
     return (*places[:-1], -1, places[-1]) if lone else tuple(places)
 
@@ -322,17 +327,16 @@ def _check_shape(shape: tuple[int, int, int], part: Any, least: int) -> None:
         for c in sorted(small, key=lambda k: said[k]):
             first, last = sorted((k for k in range(3) if k != c), key=lambda k: (said[k], k))
             if (c, first, last) != (0, 1, 2) and said[last] >= least:
-                hint = f"; if its axes are in another order, samples.transpose({c}, {first}, {last})"
+                hint = f". Try samples.transpose({c}, {first}, {last})."
                 break
     elif len(said) == 2 and said[0] >= least and said[1] % 2 == 0 and 0 < said[1] <= 2 * MOST:
-        hint = "; if its axes are (samples, 2n), samples.T"
+        hint = ". Try samples.T."
     if rows == 1 and not few:
-        hint = "; of positions alone, fa.naff(samples, dt=, lines=) finds the lines"
+        hint = ". Use fa.naff for positions alone."
     if few:
         raise ValueError(f"samples must have at least {least} samples, got shape {said}{hint}")
     raise ValueError(
-        f"samples must have 2n rows q1, ..., qn, p1, ..., pn on its first axis, n from 1 to {MOST}, got shape "
-        f"{said}{hint}"
+        f"samples must have 2n rows q1, ..., qn, p1, ..., pn on the first axis, n up to {MOST}, got shape {said}{hint}"
     )
 
 
@@ -349,13 +353,13 @@ def _rows_of(part: Any, axis: int, names: tuple[str, ...] | None) -> Any:
         if len(known) > 2 and all(p.strip("_") in (f"p{q}", f"p_{q}", f"v{q}", f"v_{q}") for q, p in paired):
             wanted = " ".join([*known[::2], *known[1::2]])
             raise ValueError(
-                f"samples has rows {' '.join(known)}, each momentum behind its coordinate: give the order q1, ..., qn, "
-                f"p1, ..., pn, coordinates={wanted!r}"
+                f"samples must have rows q1, ..., qn, p1, ..., pn, got {listed(known)}. Use "
+                f"coordinates={shown(wanted)}."
             )
         return part
     missing = [entry for entry in names if entry not in known]
     if missing and len(missing) < len(names):
-        raise ValueError(f"coordinates must be names in samples, which has {shown(known)}, got {missing[0]!r}")
+        raise ValueError(f"coordinates must be names in samples, which has {shown(known)}, got {shown(missing[0])}")
     return part if missing else part.isel({part.dims[axis]: [known.index(entry) for entry in names]})
 
 
@@ -399,7 +403,7 @@ def _interval(dt: Any, times: Any, samples: int) -> tuple[float, float | None]:
         median = float(np.median(np.diff(array)))
         worst = int(np.abs(np.diff(array) - median).argmax())
         raise ValueError(
-            f"times must be equidistant: from sample {worst} to {worst + 1} it is {array[worst + 1] - array[worst]:.9g}"
-            f", most often {median:.9g}; sample the orbits evenly, an interpolation would show lines of its own"
+            f"times must be equidistant, got {array[worst + 1] - array[worst]:.9g} from sample {worst} on, most often "
+            f"{median:.9g}"
         )
     return float(array[0]), interval

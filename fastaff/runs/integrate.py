@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, fits, portion, whole
+from ..core.numbers import Passes, fits, portion, shown, whole
 from ..core.status import Status
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
@@ -212,7 +212,7 @@ def integrate(
     fits("samples", count, *z.shape)
     mapping = problem.system.iterated
     if mapping and count and time % count:
-        raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
+        raise ValueError(f"samples must divide the {time:g} iterates of a map, got {shown(samples)}")
     goal = None if mapping else options.goal()
     work: Any = (
         _Plain(flow, z, time, count, callback)

@@ -129,21 +129,20 @@ class Options:
         value = positive("accuracy", self.accuracy)
         if value >= 1:
             raise ValueError(
-                f"accuracy must be below 1, relative to the amplitudes of the motion, got {self.accuracy!r}"
+                f"accuracy must be below 1, relative to the amplitudes of the motion, got {shown(self.accuracy)}"
             )
         if value < FINEST:
             raise ValueError(
-                f"accuracy must be at least {FINEST:g}, as numbers have 16 digits, got {self.accuracy!r}; errors of a "
-                "result say what was reached"
+                f"accuracy must be at least {FINEST:g}, as numbers have 16 digits, got {shown(self.accuracy)}"
             )
         if self.step is not None:
             raise ValueError(
-                "accuracy and step exclude one another: give one of them, got "
-                f"accuracy={self.accuracy!r} and step={shown(self.step)}"
+                f"accuracy and step must not be given together, got accuracy={shown(self.accuracy, 24)} and "
+                f"step={shown(self.step, 24)}"
             )
         if not self.fixed:
             name = getattr(self.scheme, "name", self.scheme)
-            raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {name} has none")
+            raise ValueError(f"accuracy must be given without the adaptive method {name}. Use rtol and atol.")
         return value
 
     def goal(self, default: float = ACCURACY) -> float | None:
@@ -200,9 +199,9 @@ class Problem:
         """Return a time: for a map a whole number of iterates, else any positive number."""
         number = positive(name, count)
         if self.system.iterated and number != math.floor(number):
-            raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
+            raise ValueError(f"{name} of a map must be a whole number of iterates, got {shown(count)}")
         if number < BRIEFEST:
-            raise ValueError(f"{name} must be at least {BRIEFEST:g}, got {count!r}")
+            raise ValueError(f"{name} must be at least {BRIEFEST:g}, got {shown(count)}")
         return number
 
     def suited(self) -> Problem:
@@ -372,7 +371,7 @@ def checked_step(step: Any, orbits: int) -> float | np.ndarray:
         raise TypeError(f"step must be a number or an array of numbers, got {type(step).__name__}") from None
     if steps.shape != (orbits,) or not (np.isfinite(steps) & (steps > 0)).all():
         raise ValueError(
-            f"step must be a positive number, or one for each of {orbits} orbits; got {shown(step)}, shape "
+            f"step must be a positive number or one for each of {orbits} orbits, got {shown(step)} of shape "
             f"{steps.shape}"
         )
     return steps

@@ -15,16 +15,16 @@ import numpy as np
 
 from ..core.foreign import call_for
 from ..core.identity import by_identity
-from ..core.numbers import numbers, shown
+from ..core.numbers import LONGEST, kind_of, listed, numbers, reason, shown, titled
 from ..engine.blocks import is_as_met, is_value, parameters
-from ..engine.kinds import KINDS, Kind
+from ..engine.kinds import Kind
 from ..systems.charts import Chart
 from ..systems.formulas.section_text import section_forms
 from ..systems.models.contracts import Autonomous, Map, Nonseparable, Potential, Section, SeparableModel
 from ..systems.models.mechanics import System, system_of
 from ..systems.models.pointwise import FAILS, at_points
 from ..systems.models.sections import Stroboscopic
-from .schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
+from .schemes.catalogue import Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from .schemes.time_transformed import TimeTransformed
 from .starts import in_rows
 
@@ -42,76 +42,71 @@ NEEDS: dict[str, frozenset[str]] = {
 """
 
 _WHOLE = (
-    "scheme {got} needs velocity(*p) and force(*q) of H = T(p) + V(q), from a class or a text whose T has no poles and "
-    "is least at p = 0, and {model} has rates(*q, *p) of H(q, p): take GAUSS16, GAUSS8, DOP853 or VERNER9"
+    "scheme {got} requires H = T(p) + V(q) with T least at p = 0, and {model} has H(q, p). Use GAUSS16, GAUSS8, DOP853 "
+    "or VERNER9."
 )
 
 REFUSALS = {
-    "a time": {"iterates": "{argument} is for systems in time: {instead}; got {got}"},
+    "a time": {"iterates": "{argument} is not supported for maps: {instead}, got {got}."},
     "a start by energy": {
-        "iterates": "{argument} is for systems in time: a map has no energy; got {got}",
-        "energy": "{argument} is for systems whose energy is T + V: one that {has} has more; got {got}",
-        "loss": "{argument} is for systems with an energy: one that {has} keeps none; got {got}",
-        "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
+        "iterates": "{argument} is not supported for maps, which have no energy, got {got}.",
+        "energy": "{argument} requires the energy T + V; that of a system that {has} has more terms, got {got}.",
+        "loss": "{argument} requires a conserved energy, which a system that {has} does not have, got {got}.",
+        "rates": "{argument} is not supported for ODE systems, which have no energy, got {got}.",
     },
     "a page of orbits": {
-        "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}",
-        "rates": "{argument} does not go with dz/dt = f(z), which has no energy; got {got}",
+        "drive": "{argument} is not supported for driven systems: the page plots the state once per period, got {got}.",
+        "rates": "{argument} is not supported for ODE systems, which have no energy, got {got}.",
     },
     "signals of coordinates alone": {
-        "drive": "signals must be given for {model}, which is driven and has none: of its coordinates, and of its time"
+        "drive": "signals must be given for a driven system without its own: functions of its coordinates and its time."
     },
     "a return": {
-        "drive loss": "model {model} has a drive and {has}: write both as equations, fa.ode",
-        "loss": "model {model} {has} and no drive: it loses energy as long as it moves, so nothing returns; "
-        "with a drive, write both as equations, fa.ode",
+        "drive loss": "model {model} has a drive and {has}. Write both as equations, fa.ode.",
+        "loss": "model {model} {has} and no drive, so no orbit returns. Write a drive and friction as equations, "
+        "fa.ode.",
     },
     "a return at an energy": {
-        "iterates": "energy is for systems in time: a map has none; got {got}",
-        "rates": "energy must be left out of dz/dt = f(z), which has none, got {got}",
-        "drive": "energy must be left out of a driven system, which has none, got {got}",
+        "iterates": "energy is not supported for maps, which have none, got {got}.",
+        "rates": "energy is not supported for ODE systems, which have none, got {got}.",
+        "drive": "energy is not supported for driven systems, which do not conserve it, got {got}.",
     },
-    "a time of return": {"drive": "max_time must be left out of a driven system, got {got}"},
+    "a time of return": {"drive": "max_time is not supported for driven systems, got {got}."},
     "a branch along the energy": {
-        "iterates": "parameter must be a number for a map, which has no energy to follow; got None",
-        "rates": "parameter must be given for dz/dt = f(z), which has no energy to follow",
-        "drive": "parameter must be given for a driven system, which has no energy to follow",
+        "iterates": "parameter must be a number for a map, which has no energy to follow, got None.",
+        "rates": "parameter must be a number for an ODE system, which has no energy to follow, got None.",
+        "drive": "parameter must be a number for a driven system, which has no energy to follow, got None.",
     },
     "an indicator of the energy": {
-        "loss": "indicators of {model}, which {has}, are {instead}, got {got}",
-        "rates": "indicators of {model}, which is dz/dt = f(z), are {instead}, got {got}",
+        "loss": "indicators must be {instead} for a system that {has}, got {got}.",
+        "rates": "indicators must be {instead} for ODE systems, got {got}.",
     },
     "an indicator along the flow": {
-        "drive": "{argument} does not suit a driven system, whose flow goes along the time and does not go back: take "
-        "FLI, MEGNO, SALI or the Lyapunov spectrum",
-        "iterates": "{got} needs a flow, along which a map does not go: take FLI or GALI",
+        "drive": "{argument} is not supported for driven systems. Use FLI, MEGNO, SALI or the Lyapunov spectrum.",
+        "iterates": "{argument} is not supported for maps. Use FLI or GALI.",
     },
     "a scheme by energy": {
-        "loss": "scheme {got} goes by the energy, which {model} loses: take KAHAN_LI8, or DOP853",
+        "loss": "scheme {got} requires a conserved energy, and {model} {has}. Use KAHAN_LI8 or DOP853.",
         "nonseparable": _WHOLE,
     },
     "a fictitious time": {
-        "drive": "scheme {got} steps in a fictitious time, which a driven system has not: take a splitting or a "
-        "Runge-Kutta scheme such as fastaff.KAHAN_LI8",
-        "substep": "scheme {got} takes H = T(p) + V(q), and {model} {has}: take KAHAN_LI8, AUTO or DOP853",
+        "drive": "scheme {got} is not supported for driven systems. Use a splitting or a Runge-Kutta scheme such as "
+        "KAHAN_LI8.",
+        "substep": "scheme {got} requires H = T(p) + V(q), and {model} {has}. Use KAHAN_LI8, AUTO or DOP853.",
     },
     "a splitting": {
-        "rates": "scheme {got} needs coordinates and momenta: {model} is dz/dt = f(z), which Runge-Kutta schemes run, "
-        "such as DOP853, VERNER9 and RK4",
+        "rates": "scheme {got} requires a Hamiltonian system. Use DOP853, VERNER9 or RK4 for an ODE system.",
         "nonseparable": _WHOLE,
     },
-    "an accuracy": {
-        "rates": "accuracy is relative to the amplitudes of a motion with an energy; {model} is dz/dt = f(z): give "
-        "rtol and atol, got accuracy={got}"
-    },
-    "a step of its own": {"rates": "step must be given with {got}, which has no control of steps, for dz/dt = f(z)"},
+    "an accuracy": {"rates": "accuracy is not supported for ODE systems, got {got}. Use rtol and atol."},
+    "a step of its own": {"rates": "step must be given for an ODE system with {got}, which has no step-size control."},
     "forces of the coordinates alone": {
-        "kicks": "scheme {got} has its order {order} only where forces depend on the coordinates alone, and "
-        "{argument} {model} {has}: take KAHAN_LI8"
+        "kicks": "scheme {got} has its order {order} only if forces depend on the coordinates alone, and {model} "
+        "{has}. Use KAHAN_LI8."
     },
     "accelerations of the coordinates alone": {
-        "drifts": "scheme {got} takes accelerations that depend on the coordinates alone, and {argument} {model} "
-        "{has}: take BLANES_CASAS_ESCORIHUELA8"
+        "drifts": "scheme {got} requires accelerations that depend on the coordinates alone, and {model} {has}. Use "
+        "BLANES_CASAS_ESCORIHUELA8."
     },
 }
 """The request: the terms, by name or by their words, that together do not go with it, and the sentence with an
@@ -130,7 +125,7 @@ def check_needs(system: System, need: str, **said: Any) -> None:
         if system.words >= {*words.split()}:
             error = TypeError if need in OF_MODELS else ValueError
             has = "" if system.own is None else system.own.has
-            raise error(sentence.format(model=type(system.model).__name__, has=has, **said))
+            raise error(sentence.format(model=kind_of(system.model), has=has, **said))
 
 
 def check_given(system: System, need: str, instead: str = "", **given: Any) -> None:
@@ -143,27 +138,40 @@ def check_given(system: System, need: str, instead: str = "", **given: Any) -> N
 def check_kind(model: Any, name: str, need: str) -> None:
     """Refuse a model whose equations have terms that an analysis does not take."""
     kind = getattr(model, "kind", Kind.SEPARABLE)
-    known = isinstance(kind, Kind)
-    if not known or kind.words & NEEDS[need]:
-        runs = "; ".join(entry.equations for entry in KINDS if not entry.words & NEEDS[need])
-        instead = _instead_of(kind, name) if known and need in ("regular motion", "H = T(p) + V(q)") else ""
-        raise TypeError(
-            f"{name} {type(model).__name__} is {kind.equations if known else shown(kind)}; what runs here is {runs}"
-            f"{instead}"
-        )
+    if not isinstance(kind, Kind):
+        raise TypeError(f"{name}.kind must be a fastaff.models.contracts.Kind, got {shown(kind)}")
+    if kind.words & NEEDS[need]:
+        got = next((words for term, words in GOT.items() if term in kind.words), kind.equations)
+        raise TypeError(f"{titled(name, model)} must be {WANTED[need]}, got {got}.{_instead_of(kind, need)}")
 
 
-def _instead_of(kind: Kind, name: str) -> str:
+GOT = {
+    "rates": "an ODE system",
+    "iterates": "a map",
+    "loss": "a system with friction",
+    "drive": "a driven system",
+    "nonseparable": "H(q, p)",
+}
+"""The terms of equations in words."""
+
+WANTED = {
+    "a start by rows": "a system without a drive",
+    "regular motion": "a Hamiltonian system without friction, or a map",
+    "Hamilton's equations": "a Hamiltonian system without friction",
+    "an energy surface": "a system that conserves H = T(p) + V(q) or H(q, p)",
+    "H = T(p) + V(q)": "a system H = T(p) + V(q)",
+    "a page": "a system without friction",
+}
+"""The needs in words."""
+
+
+def _instead_of(kind: Kind, need: str) -> str:
     """Return the call that tells most about the regular motion of such a system."""
+    if need not in ("regular motion", "H = T(p) + V(q)"):
+        return ""
     if kind.words & NEEDS["regular motion"]:
-        return (
-            f". Lines of an orbit: run = fa.integrate({name}, z0, time=..., samples=4096), "
-            "fa.naff(run.samples[:, 0, 0], run.times[1] - run.times[0], lines=3)"
-        )
-    return (
-        f". A torus of one orbit: fit = fa.fit_torus({name}, z0, time=...), with actions fit.J, frequencies fit.nu and "
-        "levels by J = 2 pi hbar (n + fit.maslov/4)"
-    )
+        return " Use fa.naff on samples of fa.integrate."
+    return " Use fa.fit_torus for actions and frequencies."
 
 
 AGREE = 1e-5
@@ -195,7 +203,7 @@ def check_derivatives(name: str, system: System, z: np.ndarray) -> None:
     tried = _tried(system.model)
     if tried or not any(_own(part) for part in (system.model, *system.model) if is_value(part)):
         return
-    who = f"{name} {type(system.model).__name__}"
+    who = titled(name, system.model)
     at, size = _places(system, z)
     w = size * np.random.default_rng(3).uniform(0.5, 1, at.shape)
     energy = f"{who} must have rates dH/dp and -dH/dq of its energy H"
@@ -340,10 +348,8 @@ def _compare(
         row = int(often.argmax())
         point = int(wrong[row].argmax())
         by = f" ({methods[2 * row // len(said)]})" if methods else ""
-        place = [float(f"{x:.6g}") for x in z[:, point]]
         raise ValueError(
-            f"{what}: at {shown(place)} that of {names[row]} is {said[row, point]:.9g}, by differences "
-            f"{truth[row, point]:.9g}{by}"
+            f"{what}: that of {names[row]} is {said[row, point]:.9g}, by differences {truth[row, point]:.9g}{by}"
         )
 
 
@@ -371,7 +377,7 @@ def checked_system(model: Any, name: str = "model", needs: str = "equations") ->
     """
     if not is_value(model):
         raise TypeError(
-            f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
+            f"{name} must be a model such as Body(Hyperelastic()) or HenonHeiles(), got {_given(model)} "
             f"({type(model).__name__}){_instead(model)}"
         )
     system = current_system(model)
@@ -389,29 +395,29 @@ def checked_system(model: Any, name: str = "model", needs: str = "equations") ->
         else Autonomous,
     )
     if isinstance(model, Potential) and missing:
-        raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
+        raise TypeError(f"{name} {shown(model)} is a potential. Use Body({type(model).__name__}(...)).")
     if missing:
-        raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{_unnamed_kind(model)}")
+        raise TypeError(f"{titled(name, model)} has no {listed(missing)}{_unnamed_kind(model)}")
     check_kind(model, name, needs)
     if len(set(system.row_names)) < len(system.row_names):
-        raise ValueError(f"{name} {type(model).__name__} must have different names of its rows, got {system.row_names}")
+        raise ValueError(f"{titled(name, model)} must have different names of its rows, got {listed(system.row_names)}")
     body = system.planar
     if body and not is_value(model.potential):
         raise TypeError(
-            f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}"
+            f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {shown(model.potential)}"
             f"{_instead(model.potential)}"
         )
     if body and lacking(model.potential, Potential):
         raise TypeError(
-            f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}"
+            f"{name}.potential must be a potential of A and B (value, slopes, margin), got {shown(model.potential)}"
         )
     flat = _parameters(name, model)
     if not np.all(np.isfinite(flat)):
-        raise ValueError(f"{name} has a parameter that is not finite: {model!r}")
+        raise ValueError(f"{name} has a parameter that is not finite: {shown(model)}")
     if np.any(np.abs(flat) > LARGEST):
         raise ValueError(f"{name} has a parameter beyond {LARGEST:g}, whose square overflows: {shown(model)}")
     if hasattr(model, "potential") and hasattr(model, "mu") and not model.mu > 0:
-        raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
+        raise ValueError(f"{name}.mu must be positive, got {shown(model.mu)}")
     if system.driven:
         _check_drive(name, system)
     _evaluated(name, system)
@@ -434,9 +440,9 @@ def _check_rate(name: str, model: Any, has: str, method: str) -> None:
     try:
         rate = float(getattr(model, method)())
     except (AttributeError, TypeError, ValueError, ArithmeticError) as problem:
-        raise TypeError(f"{name} {type(model).__name__} {has}: it must have {method}(), a number ({problem})") from None
+        raise TypeError(f"{titled(name, model)} {has}: it must have {method}(), a number ({shown(problem)})") from None
     if not abs(rate) <= LARGEST:
-        raise ValueError(f"{name} {shown(model)} must have a finite {method}(), got {rate!r}")
+        raise ValueError(f"{name} {shown(model)} must have a finite {method}(), got {shown(rate)}")
 
 
 def _check_turning(name: str, system: System) -> None:
@@ -444,20 +450,20 @@ def _check_turning(name: str, system: System) -> None:
     model = system.model
     n = system.moving
     if n < 2:
-        raise ValueError(f"{name} {type(model).__name__} must have two coordinates or more to turn, it has {n}")
+        raise ValueError(f"{titled(name, model)} must have two coordinates or more for a rotating frame, got {n}")
     units = np.eye(system.n)[:n]
     mass = np.array([np.array(model.velocity(*unit), dtype=np.float64)[:n] for unit in units])
     round_ = mass[0, 0] == mass[1, 1] > 0 and not mass[0, 1:].any() and not mass[1, 2:].any() and not mass[1:, 0].any()
     if not (system.quadratic and round_ and not mass[2:, :2].any()):
         raise ValueError(
-            f"{name} {type(model).__name__} must have T = (p_x^2 + p_y^2)/2m + ... of its first two coordinates to "
-            "turn: equal masses, and quadratic in the momenta"
+            f"{titled(name, model)} must have T = (p_x^2 + p_y^2)/2m + ... with one mass m of its first two "
+            "coordinates for a rotating frame"
         )
 
 
 def _check_drive(name: str, system: System) -> None:
     """Refuse a driven model whose last coordinate is not the time, with a period."""
-    what = f"{name} {type(system.model).__name__} is driven"
+    what = f"{titled(name, system.model)} is driven"
     period = getattr(system.model, "period", None)
     if not isinstance(period, (int, float, np.number)):
         raise TypeError(f"{what}: it must have its period, a number, as `period`, got {shown(period)}")
@@ -470,22 +476,27 @@ def _check_drive(name: str, system: System) -> None:
         raise ValueError(f"{what}: its last coordinate must be the time, whose velocity is 1")
 
 
+def _given(value: Any) -> str:
+    """Return a value in a message, a class by its name."""
+    return value.__name__ if isinstance(value, type) else shown(value, 40)
+
+
 def _instead(given: Any) -> str:
     """Return a hint for a user who gave a class, a name, or a system of another tool."""
     if call := call_for(given):
         return call
     if isinstance(given, type) and lacking(given, Potential) == []:
-        return f": a class; write Body({given.__name__}()), with its parameters"
+        return f". Use Body({given.__name__}()), with its parameters."
     if isinstance(given, type) and given.__name__.isidentifier():
-        return f": a class; write {given.__name__}(), with its parameters"
-    return ": write a model as a value; names are for jobs and the command line" if isinstance(given, str) else ""
+        return f". Use {given.__name__}(), with its parameters."
+    return ". Names are for jobs and the command line." if isinstance(given, str) else ""
 
 
 def _unnamed_kind(model: Any) -> str:
     """Return a hint for a class that has all methods of a kind, and does not name it."""
     contracts = {"MAP": Map, "NONSEPARABLE": Nonseparable, "FLOW": Autonomous}
     kinds = () if hasattr(model, "kind") else (kind for kind, entry in contracts.items() if not lacking(model, entry))
-    return next((f": with its methods it must have kind = fastaff.models.contracts.Kind.{kind}" for kind in kinds), "")
+    return next((f". With its methods it must have kind = fastaff.models.contracts.Kind.{kind}." for kind in kinds), "")
 
 
 def lacking(value: Any, contract: Any) -> list[str]:
@@ -528,7 +539,7 @@ def _evaluated(name: str, system: System) -> None:
         if kinds - set("biuf"):
             raise TypeError(f"real numbers are needed, {'some are complex' if 'c' in kinds else 'others are given'}")
     except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
-        raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
+        raise TypeError(f"{name} {shown(model)} does not give numbers ({reason(problem)})") from None
     if system.iterated and not all(np.isfinite(period) and period >= 0 for period in rows[0]):
         raise ValueError(f"{name} {shown(model)}: periods must be positive, or 0 for none, got {rows[0]}")
 
@@ -554,23 +565,22 @@ def checked_tangent_system(model: Any, name: str = "model") -> System:
     system = checked_system(model, name)
     if not system.separable:
         if not (system.iterated or hasattr(model, "tangent_rates")):
-            raise TypeError(f"{name} {type(model).__name__} needs tangent_rates(z..., dz...) for tangent vectors")
+            raise TypeError(f"{titled(name, model)} must have tangent_rates(z..., dz...) for deviation vectors")
         return system
     try:
         with np.errstate(all="ignore"):
             change = model.tangent_force(*_some_point(system.n)[0], *np.ones(system.n))
-    except AttributeError as problem:
+    except AttributeError:
         raise TypeError(
-            f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need "
-            "tangent_force(q..., dq...) of a model, curvatures of a potential, univariate(value, slope, curvature) "
-            "of a function"
+            f"{titled(name, model)} must have second derivatives: tangent_force(q..., dq...) of a model, curvatures of "
+            "a potential, univariate(value, slope, curvature)"
         ) from None
     if any(map(np.iscomplexobj, change)):
-        raise TypeError(f"{name} {type(model).__name__}.tangent_force must give real numbers, some are complex")
+        raise TypeError(f"{titled(name, model)}.tangent_force must give real numbers, some are complex")
     if not (system.quadratic or system.has_tangent_velocity):
         raise ValueError(
-            f"{name} {type(model).__name__} must have tangent_velocity(p..., dp...) for tangent vectors, as its "
-            "velocity is not linear in the momenta"
+            f"{titled(name, model)} must have tangent_velocity(p..., dp...) for deviation vectors: its velocity is not "
+            "linear in the momenta"
         )
     return system
 
@@ -579,13 +589,13 @@ def checked_scheme(scheme: Any) -> Scheme:
     """Return `scheme` if it is one that steps in time itself."""
     if isinstance(scheme, TimeTransformed):
         raise TypeError(
-            f"scheme {scheme.name} steps in a fictitious time: only integrate and poincare_map take it; got it "
-            "elsewhere, where a Splitting or RungeKutta such as fastaff.KAHAN_LI8 is needed"
+            f"scheme must step in time, such as fastaff.KAHAN_LI8, got {scheme.name}, which only integrate and "
+            "poincare_map take"
         )
     if not isinstance(scheme, (Splitting, Nystrom, RungeKutta, Collocation)):
         raise TypeError(
-            f"scheme must be a scheme such as fastaff.KAHAN_LI8, got {scheme!r} ({type(scheme).__name__}); "
-            f"or a name of {', '.join(SCHEMES)}"
+            f"scheme must be a scheme such as fastaff.KAHAN_LI8, or its name, got {shown(scheme)} "
+            f"({type(scheme).__name__})"
         )
     return scheme
 
@@ -599,8 +609,8 @@ def suited_scheme(scheme: Any, system: System) -> Any:
         check_needs(system, "accelerations of the coordinates alone", got=scheme.name, argument="model")
     if not system.quadratic:
         raise ValueError(
-            f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
-            f"model {type(system.model).__name__} is not: take KAHAN_LI8"
+            f"scheme {scheme.name} has its order {scheme.order} only if T is quadratic in the momenta, which it is not "
+            "here. Use KAHAN_LI8."
         )
     return scheme
 
@@ -618,7 +628,7 @@ def checked_function(field: str, entry: Any) -> Any:
     if not is_value(entry) or not hasattr(entry, "value"):
         angle = field in ("V_eta", "V_gamma")
         what = "of the angle such as univariate(f) or Zero()" if angle else "such as Oscillator(k=1.0) or univariate(f)"
-        raise TypeError(f"{field} must be a function {what}, got {entry!r}")
+        raise TypeError(f"{field} must be a function {what}, got {shown(entry)}")
     return entry
 
 
@@ -634,16 +644,15 @@ def checked_chart(chart: Any) -> Chart:
 def checked_section(section: Any, system: System) -> Any:
     """Return `section` if it is a section that suits the model."""
     if not is_value(section) or lacking(section, Section):
-        instead = f": a class; write {section.__name__}()" if isinstance(section, type) else ""
+        instead = f". Use {section.__name__}()." if isinstance(section, type) else ""
         raise TypeError(
-            f"section must be a section such as AlphaTurning(direction=+1), or its text, here one of "
-            f"{', '.join(section_forms(system))}; one of your own is a NamedTuple with a field direction and a method "
-            f"value({', '.join(system.row_names)}), got {section!r} ({type(section).__name__}){instead}"
+            f"section must be a text such as {shown(section_forms(system)[0])}, or one such as fa.Hyperplane(normal, "
+            f"offset), got {_given(section)} ({type(section).__name__}){instead}"
         )
     if not (isinstance(section.direction, (int, float, np.number)) and section.direction in (-1, 0, 1)):
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
     if not np.all(np.isfinite(_parameters("section", section))):
-        raise ValueError(f"section has a parameter that is not finite: {section!r}")
+        raise ValueError(f"section has a parameter that is not finite: {shown(section)}")
     is_as_met(section)
     rows = system.rows
     normal = getattr(section, "normal", None)
@@ -654,20 +663,19 @@ def checked_section(section: Any, system: System) -> Any:
             raise TypeError
     except (TypeError, ValueError):
         raise ValueError(
-            f"section {section!r} does not suit a {type(system.model).__name__}: it must take {rows} numbers, "
-            f"the rows of z, and depend on one of them, such as {', '.join(section_forms(system))}"
+            f"section must depend on the {rows} rows of {kind_of(system.model)}, such as "
+            f"{listed(section_forms(system)[:3])}, got {shown(section)}"
         ) from None
     if isinstance(section, Stroboscopic):
         if not system.driven:
             raise ValueError(
-                f"section {section!r} is one of driven systems, with a period: {type(system.model).__name__} takes "
-                f"{', '.join(section_forms(system))}"
+                f"section must be {listed(section_forms(system))} for a system without a drive, got {shown(section)}"
             )
     elif system.driven:
         _check_timeless(section, system)
     elif rows % 2 and normal is None:
         raise TypeError(
-            f"section must be Hyperplane or AngleEquals for an odd number of variables, here {rows}, got {section!r}"
+            f"section must be Hyperplane or AngleEquals for an odd number of variables, {rows}, got {shown(section)}"
         )
     return section
 
@@ -679,8 +687,7 @@ def _check_timeless(section: Any, system: System) -> None:
     later[system.moving] += 0.3 * system.model.period
     if section.value(*now) != section.value(*later):
         raise ValueError(
-            f"section {section!r} of a driven system must not depend on its time t, but be one of constant t: "
-            "Stroboscopic(phase=0.0), t=c"
+            f"section must be one of constant time, such as 't=0', or not depend on the time t, got {shown(section)}"
         )
 
 
@@ -694,15 +701,17 @@ def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
         z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
         raise ValueError(
-            f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(system.model).__name__}, rows "
-            f"{', '.join(system.names)}{' and their momenta' if system.canonical else ''}; got shape {z.shape}"
-            f"{' (orbits first: transpose it, z0.T)' if z.ndim == 2 and z.shape[1] == rows else ''}"
-            f"{f' (a grid: flatten it, z0.reshape({rows}, -1))' if z.ndim > 2 and z.shape[0] == rows else ''}"
+            f"{name} must have shape ({rows},) or ({rows}, orbits) for {kind_of(system.model)}, rows "
+            f"{listed(system.names)}{' and their momenta' if system.canonical else ''}, got shape {z.shape}"
+            f"{f'. Try {name}.T.' if z.ndim == 2 and z.shape[1] == rows else ''}"
+            f"{f'. Try {name}.reshape({rows}, -1).' if z.ndim > 2 and z.shape[0] == rows else ''}"
         )
     z = z.reshape(rows, -1)
     bad = np.flatnonzero(~np.isfinite(z).all(axis=0))
     if bad.size:
-        raise ValueError(f"{name} must be finite; orbit {bad[0]} is {z[:, bad[0]]} ({bad.size} such orbits)")
+        raise ValueError(
+            f"{name} must be finite; orbit {bad[0]} is {shown(z[:, bad[0]].tolist())} ({bad.size} such orbits)"
+        )
     if system.driven:
         z[system.moving] = system.model.phase(z[system.moving])
     with np.errstate(all="ignore"):
@@ -710,8 +719,8 @@ def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
         raise ValueError(
-            f"{name} must lie where the potential lives ({_where(system)}); orbit {outside[0]} has margin "
-            f"{margin[outside[0]]:.6g} <= 0 ({outside.size} such orbits)"
+            f"{name} must lie in the domain of the potential ({_where(system)}), got orbit {outside[0]} with margin "
+            f"{margin[outside[0]]:.6g} ({outside.size} such orbits)"
         )
     return carried(z, system)
 
@@ -719,11 +728,10 @@ def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
 def _where(system: System) -> str:
     """Return words for the domain of a model."""
     domain = getattr(system.model, "domain", None)
-    axis = 'off the axis of a chart, as theta = 0 of a top, which AsymmetricTop(..., chart="quaternion") takes'
     if domain:
-        return f"{domain} > 0"
+        return f"{domain if len(domain) <= LONGEST else domain[:LONGEST] + ' ...'} > 0"
     if system.nonseparable:
-        return axis
+        return "off the axis of a chart, such as theta = 0 of a top"
     return "for most bodies det phi > 0"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.numbers import fits
+from ..core.numbers import fits, shown
 from ..core.status import Status
 from ..engine.kernels.crossings import LOCATED, NOTHING, RECORD
 from ..engine.kernels.time_levels import ROWS
@@ -244,12 +244,12 @@ def _check_rate(system: System, scheme: TimeTransformed, z: np.ndarray) -> None:
             raise ValueError(f"shape {g.shape} for V of shape {V.shape}")
     except Exception as problem:
         raise TypeError(
-            f"rate {scheme.rate!r} must be arithmetic of V that takes arrays; at(V) fails: {problem}"
+            f"rate {shown(scheme.rate)} must be arithmetic of V that takes arrays; at(V) fails: {problem}"
         ) from problem
     if not (np.all(np.isfinite(g)) and g.min() > 1e-12 and g.max() < 1e12):
         raise ValueError(
-            f"rate {scheme.rate!r} must be a number near 1 at the starts, it is {g.min():.3g} to {g.max():.3g}: "
-            "move its origin towards V there"
+            f"rate {shown(scheme.rate)} must be near 1 at the initial conditions, got {g.min():.3g} to {g.max():.3g}. "
+            "Try an origin nearer to V there."
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import imported
-from ..core.numbers import an_array, fits, numbers, real, shown
+from ..core.numbers import an_array, fits, kind_of, listed, numbers, real, shown
 from ..results.calls import coerces_arguments, records_call
 from ..results.result import Result, along
 from ..runs.requirements import checked_model, checked_section, current_system
@@ -18,7 +18,17 @@ from ..systems.formulas.section_text import section_in_words, section_of
 from ..systems.models.contracts import Dynamics, Section
 from ..systems.models.mechanics import System
 from .energy_limits import NotReached, Where, too_low
-from .named_axes import Axes, Others, are_named, by_name, checked_energy, checked_sign, checked_values, launching
+from .named_axes import (
+    Axes,
+    Others,
+    are_named,
+    by_name,
+    checked_energy,
+    checked_sign,
+    checked_values,
+    given_energy,
+    launching,
+)
 from .section_points import section_points
 
 CELLS = 101
@@ -177,7 +187,7 @@ def energy_grid(
     where = checked_surface(system, section, energy, p_eta, p_gamma)
     whole = isinstance(axes, str)
     if whole and axes != "whole":
-        raise ValueError(f"axes must be two arrays, rows by name, or 'whole', got {axes!r}")
+        raise ValueError(f"axes must be two arrays, rows by name, or 'whole', got {shown(axes)}")
     first, second = _axes(_whole(where) if whole else axes)
     fits("axes", first.size, second.size, ARRAYS)
     u, v = (array.ravel() for array in np.meshgrid(first, second, indexing="ij"))
@@ -185,9 +195,9 @@ def energy_grid(
     if not found.any():
         raise NotReached(
             where.too_low()
-            or f"energy {where.energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, "
-            f"{first.max():.6g}], {names[1]} in [{second.min():.6g}, {second.max():.6g}] on "
-            f"{section_in_words(section, system)}: it is below the minimum there, or the section is elsewhere"
+            or f"axes must reach points of energy {where.energy:g} on {section_in_words(section, system)}, got "
+            f"{names[0]} in [{first.min():.5g}, {first.max():.5g}], {names[1]} in [{second.min():.5g}, "
+            f"{second.max():.5g}]."
             f"{_no_counts(first, second)}"
         )
     return grid_of(
@@ -213,8 +223,8 @@ def no_planes(p_eta: Any, p_gamma: Any) -> None:
     """Refuse angular momenta together with rows by name."""
     if real("p_eta", p_eta) or real("p_gamma", p_gamma):
         raise ValueError(
-            f"p_eta and p_gamma belong to a Body on one of its sections, got {p_eta}, {p_gamma}: elsewhere momenta are "
-            "given by name"
+            f"p_eta and p_gamma are for the sections of a Body, got {p_eta}, {p_gamma}. Use fixed={{name: value}} for "
+            "other momenta."
         )
 
 
@@ -226,18 +236,18 @@ def _grid_by_name(
     energy = checked_energy(system, energy)
     no_planes(*planes)
     if isinstance(axes, str):
-        raise TypeError(f"axes must be given by name, {{{system.row_names[0]!r}: array, ...}}, or a section")
+        raise TypeError(f"axes must be given by name, {{{shown(system.row_names[0])}: array, ...}}, or a section")
     names, arrays = checked_values(axes, system.row_names)
     launch = launching(system, energy, names, section, others)
     fits("axes", *(array.size for array in arrays), ARRAYS * system.n)
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
-        ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
+        ranges = listed(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
         if not system.conserves:
             what = "map" if system.iterated else "system"
-            raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
+            raise NotReached(f"axes must reach the domain of the {what}, got {ranges}")
         low = None if system.isotropic else too_low(system, energy, 0.0, 0.0)
-        raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
+        raise NotReached(low or f"axes must reach points of energy {energy:g}, got {ranges}")
     return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy, section)
 
 
@@ -245,15 +255,16 @@ def checked_surface(system: System, section: Any, energy: Any, p_eta: Any, p_gam
     """Return the section of an energy surface if all of it suits the body."""
     checked_model(system.model, needs="an energy surface")
     checked_section(section, system)
-    energy = real("energy", energy)
+    energy = given_energy(energy)
     p_eta = real("p_eta", p_eta)
     p_gamma = real("p_gamma", p_gamma)
     if system.n == 4 and not hasattr(system.model, "potential"):
-        raise TypeError(f"model must be a Body with a doubly isotropic potential to have a grid, got {system.model!r}")
+        raise TypeError(
+            f"model must be a Body with a doubly isotropic potential to have a grid, got {shown(system.model)}"
+        )
     if not system.isotropic and (p_eta or p_gamma):
         raise ValueError(
-            f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(system.model).__name__}, "
-            "which has none"
+            f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {kind_of(system.model)}, which has none"
         )
     return Where(system, section, energy, p_eta, p_gamma)
 
@@ -298,7 +309,9 @@ def _whole(where: Where) -> tuple[np.ndarray, np.ndarray]:
     except NotReached:
         raise
     except ValueError as problem:
-        raise ValueError(f"{problem}; a grid takes arrays over them: np.linspace(low, high, {CELLS})") from None
+        raise ValueError(
+            f"{str(problem).partition(' Pass ')[0]} Pass axes, two arrays such as np.linspace(low, high, {CELLS})."
+        ) from None
     first, second = (np.linspace(boxes[:, k, 0].min(), boxes[:, k, 1].max(), CELLS) for k in range(2))
     return first, second
 
@@ -319,4 +332,4 @@ def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
 def _no_counts(first: np.ndarray, second: np.ndarray) -> str:
     """Return a hint for the error if axes look like numbers of cells."""
     both = [axis[0] for axis in (first, second) if axis.size == 1 and axis[0] > 1 and axis[0] == int(axis[0])]
-    return f" (axes are coordinates: np.linspace(low, high, {both[0]:.0f}), ...)" if len(both) == 2 else ""
+    return f" Use coordinates, np.linspace(low, high, {both[0]:.0f})." if len(both) == 2 else ""

@@ -126,7 +126,7 @@ def may_escape(system: System, energy: float, p_eta: float = 0.0, p_gamma: float
     saddle = energy_limits(system, p_eta, p_gamma).saddle
     if not energy > saddle + 1e-12 * abs(saddle):  # to rounding
         return None
-    return f"energy {energy:g} lies above {saddle:.6g}, the lowest saddle of the potential: orbits may escape over it"
+    return f"energy {energy:g} exceeds the escape energy {saddle:.6g}"
 
 
 class Where(NamedTuple):

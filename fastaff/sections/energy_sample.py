@@ -196,13 +196,13 @@ def source_of(
         p = system.row_names[system.n]
         q = system.names[0]
         raise ValueError(
-            f"{'sign' if others.fixed is None else 'fixed'} goes with solve or at_rest, which are missing: solve={p!r} "
-            f"for the row that the energy gives, with axes={{{q!r}: (low, high)}} for those to draw"
+            f"{'sign' if others.fixed is None else 'fixed'} requires solve or at_rest. Use solve={p!r} for the row "
+            f"given by the energy and axes={{{q!r}: (low, high)}}."
         )
     if system.isotropic and section is None and axes is None:
         raise ValueError(
-            "axes must give ranges of the coordinates of a body, or section one of its sections: wells of its four "
-            "coordinates are rings"
+            "axes or section must be given for the energy surface of a body: ranges of its coordinates, or one of "
+            "its sections"
         )
     return measure_of(system, energy, section, axes)
 
@@ -326,7 +326,7 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
         batch = min(3 * tried, MORE)
         if tried > 1000 * (kept + 16):
             raise NotReached(
-                f"energy {energy} reaches less than a thousandth of the ranges {boxes!r} on {section!r}: narrow them"
+                f"axes must be narrower: energy {energy:g} reaches less than a thousandth of {shown(boxes)}"
             )
     if most > sheets:
         return EnergySample(z0=np.zeros((0, 0)), points=np.zeros((2, 0)), names=names, energy=energy), most

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.names import named
-from ..core.numbers import span
+from ..core.numbers import listed, shown, span
 from ..systems.models.mechanics import System
 from .accessible_box import AccessibleBox, NoWell, box_of_angles, least_within, walled, within
 from .energy_limits import NotReached, too_low
@@ -180,9 +180,8 @@ class Measure(NamedTuple):
             tried = tried + BATCH
             if kept + CHANCE < FEWEST * tried:
                 raise NotReached(
-                    f"energy {self.energy:g} reaches less than a millionth of the ranges of "
-                    f"{', '.join(self.names[: len(self.free)])}: narrow them, "
-                    'axes={"name": (low, high), ...}'
+                    f"axes must be narrower: energy {self.energy:g} reaches less than a millionth of the ranges of "
+                    f"{listed(self.names[: len(self.free)])}"
                 )
         z = np.ascontiguousarray(np.concatenate(found, axis=1)[:, :count])
         return z, z[[half + f for half in (0, n) for f in self.free]]
@@ -195,10 +194,7 @@ class Measure(NamedTuple):
 
     def _heavier(self, density: float) -> Measure:
         if not np.isfinite(density):
-            raise ValueError(
-                f"axes must leave out where the masses of {type(self.momenta.system.model).__name__} are without "
-                "bound, or not positive"
-            )
+            raise ValueError("axes must leave out points where the masses are not positive and bounded")
         return self._replace(heaviest=density)
 
     def _on_ball(self, normal: np.ndarray, room: np.ndarray) -> np.ndarray:
@@ -280,8 +276,8 @@ def ranges_of(system: System, energy: float, section: Any, axes: Any, others: Ot
             given += [p for q, p in zip(rows[:n], rows[n:], strict=False) if q == given[-1] and others.solve is None]
         free = next((name for name in rows if name not in given), rows[0])
         raise ValueError(
-            "axes must give the ranges (low, high) to draw from, by name, such as "
-            f"axes={{{free!r}: (-1, 1)}}: nothing else bounds the starts, and rows without a range are 0"
+            "axes must give the ranges to draw from, as nothing else bounds the initial conditions. Try "
+            f"axes={{{shown(free)}: (-1, 1)}}."
         )
     ranges = _ranges(axes, system)
     if not ranges:
@@ -298,8 +294,8 @@ def measure_of(system: System, energy: float, section: Any, axes: Any) -> Measur
     names = system.names
     if n < 2:
         raise ValueError(
-            f"model must have two degrees of freedom or more, {type(system.model).__name__} has {n}: its "
-            "energy surface is one orbit, of which integrate gives points at equal times"
+            f"model must have two degrees of freedom or more, got {n}. Use fa.integrate with samples: the energy "
+            "surface is one orbit."
         )
     given = {} if axes is None else _ranges(axes, system)
     if not system.ellipsoidal:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.classification import Classification
-from ..core.numbers import an_array, fits, numbers, positive, whole
-from ..core.status import Status
+from ..core.numbers import an_array, fits, numbers, positive, shown, whole
+from ..core.status import Status, describe
 from ..engine.kernels.birkhoff import SHARPNESS
 from ..frequencies.turning import unresolved
 from ..frequencies.windows import SPANS
@@ -136,8 +136,8 @@ class Islands(Result):
         str
             Summary.
         """
-        classes, counts = np.unique(self.classification, return_counts=True)
-        return "; ".join(f"{count} {Classification(code).name}" for code, count in zip(classes, counts, strict=True))
+        kinds = {entry.name.lower(): self.classification == entry for entry in Classification}
+        return describe(np.zeros(self.classification.size, np.int64), kinds)
 
 
 @says_progress
@@ -240,7 +240,7 @@ def islands(
     --------
     >>> turns = fa.poincare_map(fa.models.HenonMap(), [[0.1, 0.2], [0.0, 0.0]], crossings=1000)
     >>> print(fa.islands(turns).summary())
-    2 REGULAR
+    2 orbits: 2 regular
     """
     points, counts = _checked(points)
     max_islands = whole("max_islands", max_islands, 1)
@@ -312,8 +312,8 @@ def _plane(section_map: SectionMap) -> np.ndarray:
     one = type(section_map.section) in (Hyperplane, AngleEquals) and np.count_nonzero(normal) == 1
     if len(points) != 4 or not one or normal[2:].any():
         raise ValueError(
-            "points must be a SectionMap of a map of one degree of freedom, or on a section q_i = c of two; elsewhere "
-            "give the two coordinates: np.array([found['beta'], found['p_beta']])"
+            "points must be a SectionMap of a map or a section q_i = c with one degree of freedom left. Try "
+            "np.array([found['q'], found['p_q']])."
         )
     other = 1 - int(np.flatnonzero(normal)[0])
     return points[[other, 2 + other]]
@@ -342,7 +342,8 @@ def _centres(centre: Any, points: np.ndarray, counts: np.ndarray) -> np.ndarray:
     given = numbers("centre", centre)
     if given.shape not in ((2,), (2, len(points))) or not np.isfinite(given).all():
         raise ValueError(
-            f"centre must be a finite point (2,) or one for each of {len(points)} orbits (2, orbits), got {centre!r}"
+            f"centre must be a finite point (2,) or one for each of {len(points)} orbits (2, orbits), got "
+            f"{shown(centre)}"
         )
     return np.broadcast_to(given.T, (len(points), 2)).copy()
 

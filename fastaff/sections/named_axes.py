@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.names import did_you_mean, named
-from ..core.numbers import flag, numbers, real, shown
+from ..core.numbers import flag, kind_of, listed, numbers, real, shown
 from ..runs.requirements import check_given, checked_section
 from ..systems.models.mechanics import System
 from ..systems.models.sections import AngleEquals, Hyperplane
@@ -231,12 +231,12 @@ def launching(system: System, energy: float, names: Any, section: Any, others: O
         return Launching(system, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
-        raise ValueError("nothing is left for the energy to give: axes and fixed name all coordinates and momenta")
+        raise ValueError("axes and fixed must leave out one row for the energy, got all coordinates and momenta")
     if solve is None:
-        raise ValueError(f"solve must name what the energy gives, one of {', '.join(left)}")
+        raise ValueError(f"solve must name what the energy gives, one of {listed(left)}")
     if not isinstance(solve, str) or solve not in left:
         asked = solve if isinstance(solve, str) else shown(solve)
-        raise ValueError(f"solve must be one of {', '.join(left)}, got {shown(solve)}.{did_you_mean(asked, left)}")
+        raise ValueError(f"solve must be one of {listed(left)}, got {shown(solve)}.{did_you_mean(asked, left)}")
     return Launching(system, energy, names, tuple(base.get(name, 0.0) for name in rows), rows.index(solve), sign)
 
 
@@ -245,11 +245,11 @@ def _resting(system: System, energy: float, names: Any, section: Any, base: dict
     rows = system.row_names
     n = system.n
     if n < 2:
-        raise ValueError(f"at_rest needs two degrees of freedom or more, {type(system.model).__name__} has {n}")
+        raise ValueError(f"at_rest needs two degrees of freedom or more, {kind_of(system.model)} has {n}")
     if system.nonseparable and not system.ellipsoidal:
         raise ValueError(
-            f"at_rest needs H of second degree in the momenta, with positive masses, which that of "
-            f"{type(system.model).__name__} is not: give rows by name"
+            f"at_rest requires H of second degree in the momenta with positive masses, which {kind_of(system.model)} "
+            "does not have. Use rows by name."
         )
     if section is not None or solve is not None:
         what = "section" if section is not None else "solve"
@@ -261,17 +261,24 @@ def _resting(system: System, energy: float, names: Any, section: Any, base: dict
     names = tuple(named("axes", name, angles) for name in names)
     for angle in angles:
         if names.count(angle) != 1:
-            raise ValueError(f"axes at rest must be {', '.join(angles)}, once each, got {', '.join(names) or 'none'}")
+            raise ValueError(f"axes at rest must be {listed(angles)}, once each, got {listed(names) or 'none'}")
     order = tuple(base.get(name, 0.0) for name in rows)
     if names != angles:
-        raise ValueError(f"axes at rest must come in the order {', '.join(angles)}, got {', '.join(names)}")
+        raise ValueError(f"axes at rest must come in the order {listed(angles)}, got {listed(names)}")
     return Launching(system, energy, names, order, AT_REST, 1)
+
+
+def given_energy(energy: Any) -> float:
+    """Return the energy of a surface."""
+    if energy is None:
+        raise TypeError("energy is required for this model.")
+    return real("energy", energy)
 
 
 def checked_energy(system: System, energy: Any) -> float:
     """Return an energy; NaN for a system that conserves none."""
     if system.conserves:
-        return real("energy", energy)
+        return given_energy(energy)
     unknown = isinstance(energy, float) and np.isnan(energy)
     check_given(system, "a start by energy", energy=None if unknown else energy)
     return float("nan")
@@ -284,8 +291,8 @@ def section_row(system: System, section: Any) -> tuple[str, float, int]:
     normal = np.asarray(getattr(section, "normal", ()), dtype=np.float64)
     if type(section) not in (Hyperplane, AngleEquals) or np.count_nonzero(normal) != 1:
         raise TypeError(
-            f"section must be Hyperplane with one non-zero entry, such as {names[0]}=0, where axes go by name; "
-            f"got {section!r}"
+            f"section must be a Hyperplane normal to one coordinate, such as {names[0]}=0, with axes by name, got "
+            f"{shown(section)}"
         )
     k = int(np.flatnonzero(normal)[0])
     return names[k], section.offset / normal[k], int(section.direction * np.sign(normal[k]))
@@ -301,7 +308,7 @@ def checked_values(axes: Any, rows: Sequence[str]) -> tuple[tuple[str, ...], tup
         array = np.atleast_1d(numbers(f"axes[{name!r}]", value)).astype(np.float64)
         if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
             raise ValueError(
-                f"axes[{name!r}] must be a non-empty, finite, one-dimensional array, got shape {array.shape} in "
+                f"axes[{shown(name)}] must be a non-empty, finite, one-dimensional array, got shape {array.shape} in "
                 f"{shown(value)}"
             )
         arrays.append(array)

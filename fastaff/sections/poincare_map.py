@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted, partial_result_on_interrupt
-from ..core.numbers import fits, portion, positive, whole
+from ..core.numbers import fits, portion, positive, shown, whole
 from ..core.status import Status
 from ..engine.kernels.crossing_roots import conditioning_of
 from ..engine.threads import by_portions
@@ -26,7 +26,7 @@ from ..runs.schemes.automatic import Automatic
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.schemes.time_transformed import TimeTransformed
 from ..runs.starts import starts_of
-from ..systems.formulas.section_text import section_of
+from ..systems.formulas.section_text import section_in_words, section_of
 from ..systems.models.contracts import Dynamics, Section
 from ..systems.models.mechanics import System
 from ..systems.models.sections import Stroboscopic
@@ -149,13 +149,13 @@ def poincare_map(
     goal = problem.options.goal()
     if isinstance(wanted.section, Stroboscopic):
         if max_time is not None:
-            raise ValueError(f"max_time must be left out with a stroboscopic section, got {max_time!r}")
+            raise ValueError(f"max_time must be left out with a stroboscopic section, got {shown(max_time)}")
         return strobed(problem, wanted)
     if not mapping:
         if max_time is None:
             raise TypeError(
-                f"max_time must be given: the time after which an orbit ends that misses {wanted.section!r}"
-                f"{_enough(problem, wanted.number)}"
+                "max_time is required for the section "
+                f"{section_in_words(wanted.section, system)}.{_enough(problem, wanted.number)}"
             )
         wanted = wanted._replace(max_time=positive("max_time", max_time))
     flow, z, *_ = problem.plan(time=wanted.max_time, error=None, transformed=True)
@@ -171,7 +171,7 @@ def _directed(section: Any, direction: Any) -> Any:
     """Return a section that is crossed in that direction."""
     sign = whole("direction", direction, -1, 1)
     if "direction" not in getattr(section, "_fields", ()):
-        raise ValueError(f"direction must be left out for a section without a direction, got {direction!r}")
+        raise ValueError(f"direction must be left out for a section without a direction, got {shown(direction)}")
     return section._replace(direction=sign)
 
 
@@ -181,7 +181,7 @@ def _enough(problem: Problem, wanted: int) -> str:
     if not system.canonical:
         return ""
     turn = 2 * np.pi / typical_rate(system, phase_points("z0", problem.z0, system))
-    return f"; a turn of these orbits takes about {turn:.2g}: max_time={float(f'{4 * wanted * turn:.1g}'):g} will do"
+    return f" The typical period is {turn:.2g}. Try max_time={float(f'{4 * wanted * turn:.1g}'):g}."
 
 
 def _iterated(flow: Flow, system: System, z: np.ndarray, wanted: int, callback: Callback | None) -> SectionMap:

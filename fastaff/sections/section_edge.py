@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
+from ..core.numbers import shown
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.requirements import checked_system
@@ -221,7 +222,7 @@ def _bounded_parts(where: Where) -> list[EdgePart]:
         why = f"energy {energy:g} does not reach the section {name}: the least energy there is {least:.6g}"
         if not np.isfinite(least):
             others = [form for form in section_forms(system) if form[:-2] != name.partition("=")[0]]
-            why = f"the section {name} has no points of finite energy: take {' or '.join(others)}, with c a number"
+            why = f"section {name} has no points of finite energy. Try {' or '.join(others[:8])}, with a number c."
         raise NotReached(where.too_low() or why)
     bounded = [ends for ends in found if np.isfinite(ends).all()]
     parts = []
@@ -232,7 +233,7 @@ def _bounded_parts(where: Where) -> list[EdgePart]:
         if below := where.too_low():
             raise NotReached(below)
         why = where.may_escape() or f"energy {energy:g} does not bound the motion"
-        raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
+        raise ValueError(f"section {name} is unbounded: {why}. Pass the ranges of the axes.")
     usual = [_usual(where, rest, part) for part in parts]
     steep = any(part.top - part.bottom > STEEP * (near.top - near.bottom) for part, near in zip(parts, usual))
     if endless or steep:
@@ -242,15 +243,13 @@ def _bounded_parts(where: Where) -> list[EdgePart]:
         ranges = f"(({low:.6g}, {high:.6g}), ({bottom:.6g}, {top:.6g}))"
         if not endless:
             raise ValueError(
-                f"what energy {energy:g} allows of the section {name} has momenta without bound, at a pole of the "
-                f"potential: give the ranges of the axes, such as {ranges}, which have the momenta of {USUAL:.0%} of it"
+                f"section {name} is unbounded at energy {energy:g}, at a pole of the potential. Pass the ranges of the "
+                f"axes, such as {ranges}."
             )
         q = next(name for name in system.names if name != section_row(system, section)[0])
-        angle = f"; or, of what is an angle, its period: periodic={{'{q}': '2*pi'}}, --periodic {q}=2*pi"
-        angle *= not system.separable
+        angle = "." if system.separable else f", or periodic={{'{q}': '2*pi'}} if {q} is an angle."
         raise ValueError(
-            f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
-            f"of the axes, such as {ranges}" + angle
+            f"section {name} is unbounded at energy {energy:g}. Pass the ranges of the axes, such as {ranges}{angle}"
         )
     return parts
 
@@ -298,8 +297,8 @@ def _rest(where: Where) -> Function:
     if not system.isotropic:
         n = body.degrees_of_freedom
         raise TypeError(
-            f"section {section!r} has no known boundary for {type(body).__name__}, which has {n} degrees of freedom, 2 "
-            "are taken: draw the points alone, such as found.plot()"
+            f"section {shown(section)} must be of a system of two degrees of freedom to have a boundary, got {n}. Use "
+            "found.plot() for the points."
         )
     if isinstance(section, (AlphaTurning, BetaTurning)):
         return lambda u, _: _widest(where, u, alpha=isinstance(section, AlphaTurning))

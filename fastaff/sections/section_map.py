@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..core.status import Status
+from ..core.status import Status, counted, describe
 from ..results.result import Result, along
 from ..runs.coordinates import chart_row, in_chart
 from ..runs.requirements import checked_chart
@@ -93,13 +93,15 @@ class SectionMap(Result):
         str
             Summary.
         """
-        said = super().summary()
+        crossings = counted(int(self.counts.sum()), "crossing")
+        head, colon, rest = describe(self.status).partition(":")
+        said = f"{head}, {crossings}{colon}{rest}"
         way = getattr(self.section, "direction", 0)
         never = int(np.count_nonzero((self.counts == 0) & (self.status == Status.TOO_FEW_CROSSINGS)))
         if not never or way == 0 or "direction" not in getattr(self.section, "_fields", ()):
             return said
         known, other = ("upwards", "downwards")[:: 1 if way > 0 else -1]
-        return f"{said}; {never} never cross {known}: direction={-int(way)} counts crossings {other}, direction=0 all"
+        return f"{said}; {never} never cross {known}. Use direction={-int(way)} for crossings {other}, 0 for all."
 
     def _row(self, name: str) -> np.ndarray | None:
         return chart_row(self.points, name)

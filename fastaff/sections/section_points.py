@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.numbers import shown
 from ..systems.models.sections import AlphaTurning, AngleEquals, BetaTurning, Hyperplane
 from .allowed_region import crossings, extrema
 from .energy_limits import Where
@@ -18,10 +19,7 @@ def section_points(section: Any, where: Where, u: np.ndarray, v: np.ndarray) -> 
     """Return phase points (2n, cells), NaN where there is none, and the names of the two coordinates."""
     if hasattr(section, "radii"):
         return _over_a_radius(section, where, u, v)
-    raise TypeError(
-        f"section must be one that has a grid (fastaff.models.sections), got {section!r} for "
-        f"{type(where.model).__name__}"
-    )
+    raise TypeError(f"section must be one that has a grid (fastaff.models.sections), got {shown(section)}")
 
 
 def fixed_coordinate(section: Any, model: Any) -> int:
@@ -29,8 +27,7 @@ def fixed_coordinate(section: Any, model: Any) -> int:
     axis = np.flatnonzero(section.normal)
     if axis.size != 1 or axis[0] >= model.degrees_of_freedom:
         raise TypeError(
-            "section must be Hyperplane with one non-zero entry, of a coordinate, to launch orbits on it (poincare_map "
-            f"takes others too), got {section!r}"
+            f"section must be a Hyperplane normal to one coordinate to launch orbits on it, got {shown(section)}"
         )
     return int(axis[0])
 
@@ -43,7 +40,7 @@ def _momentum(rest, direction):
 def radii_over(section: Any, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return alpha and beta on a section that gives one of them over the other, u; TypeError for any other section."""
     if not hasattr(section, "radii"):
-        raise TypeError(f"section {section!r} has no known boundary: give `axes`")
+        raise TypeError(f"section {shown(section)} has no known boundary: give `axes`")
     alpha, beta = section.radii(u)
     return alpha, beta
 
@@ -83,8 +80,8 @@ def _(section, where, u, v):
     system = where.system
     if body.degrees_of_freedom != 2:
         raise TypeError(
-            "section must be Hyperplane with one non-zero entry, of a coordinate, for a system of two degrees of "
-            f"freedom, got {section!r} for {type(body).__name__}"
+            "section must be a Hyperplane normal to one coordinate for a system of two degrees of freedom, got "
+            f"{shown(section)}"
         )
     normal = np.asarray(section.normal, dtype=np.float64)
     i = fixed_coordinate(section, body)

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.names import named
+from ..core.numbers import listed
 from ..systems.models.mechanics import System
 from .accessible_box import AccessibleBox, NoWell, box_of_angles, spread, walled, within
 from .allowed_region import crossings, extrema
@@ -93,8 +94,8 @@ class SurfaceMeasure(NamedTuple):
             tried = tried + line.size
             if kept + CHANCE < FEWEST * tried:
                 raise NotReached(
-                    f"energy {self.energy:g} reaches less than {FEWEST:g} of the ranges of {', '.join(self.names)}: "
-                    'narrow them, axes={"name": (low, high), ...}'
+                    f"axes must be narrower: energy {self.energy:g} reaches less than {FEWEST:g} of the ranges of "
+                    f"{listed(self.names)}"
                 )
         z = np.ascontiguousarray(np.concatenate(parts, axis=1)[:, :count])
         return z, z[[k for k in self.free if k != self.along]]

@@ -30,6 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.arrays import Array, at_orbit, checked, first
+from ..core.numbers import shown
 from .kinematics import inverse
 
 # sigma_0 .. sigma_3, tau_a = sigma_a/2i (tau_0 = 1/2) and tilde tau = (tau_0, i tau_1, tau_2, i tau_3), real: below
@@ -94,7 +95,7 @@ def exponential(generator: np.ndarray, t: Any) -> np.ndarray:
         or not np.allclose(square, square[0, 0] * np.eye(2), rtol=0, atol=1e-15)
         or abs(abs(square[0, 0]) - 0.25) > 1e-15
     ):
-        raise ValueError(f"generator must be one of tau_a, tilde tau_a, of square +-1/4; got {generator!r}")
+        raise ValueError(f"generator must be one of tau_a, tilde tau_a, of square +-1/4; got {shown(generator)}")
     compact = square[0, 0].real < 0
     even, odd = (np.cos, np.sin) if compact else (np.cosh, np.sinh)
     return np.multiply.outer(np.eye(2), even(parameter / 2)) + np.multiply.outer(2 * e, odd(parameter / 2))

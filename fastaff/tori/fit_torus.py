@@ -14,7 +14,7 @@ from ..chaos.chaos_map import chaos_map
 from ..core.classification import Classification
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, positive
+from ..core.numbers import Passes, positive, shown
 from ..core.status import Status
 from ..frequencies.integer_lattice import quotient, relations
 from ..frequencies.orbit_frequencies import orbit_frequencies
@@ -130,9 +130,7 @@ def fit_torus(
     system = checked_system(problem.model, needs="regular motion")
     z = phase_points("z0", problem.z0, system)
     if z.shape[1] != 1:
-        raise ValueError(
-            f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
-        )
+        raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits. Try z0[:, 0].")
     time = problem.iterates("time", time)
     done = callback or (lambda fraction: None)
     if scheme is None and not system.iterated:
@@ -365,13 +363,14 @@ def fit_samples(
     if given.interval is None:
         raise ValueError("dt must be given, the time between samples: these do not tell")
     if not 1.0 / FARTHEST < given.interval * LEAST_SAMPLES < given.interval * given.shape[2] < FARTHEST:
-        raise ValueError(f"dt must be neither so small nor so large that squares of times are none, got {dt!r}")
+        raise ValueError(f"dt must have a finite, non-zero square, got {shown(dt)}")
     z = given.read(0, 1)
     known = int(ends(z)[0][0])
     path = np.ascontiguousarray(z[:, 0])
     if known < path.shape[1]:
         raise ValueError(
-            f"samples must be finite and move to the last one, got {path[:, known]} from sample {known} on"
+            f"samples must be finite and move to the last one, got {shown(path[:, known].tolist())} from sample "
+            f"{known} on"
         )
     if resting(path):
         raise ValueError("samples must be of an orbit that moves")

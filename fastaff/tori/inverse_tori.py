@@ -234,9 +234,7 @@ def _rows(name: str, given: ArrayLike) -> np.ndarray:
 def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     """Return rows J_1, J_2 >= 0, p_eta, p_gamma of actions J_1, J_2, J_phi, J_psi."""
     if not separated.isotropic or not separated.family.invertible:
-        raise ValueError(
-            "model must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others"
-        )
+        raise ValueError("model must be doubly isotropic and chart alpha-beta or r-vartheta for the inverse")
     if np.any(J[:2] < 0):
         raise ValueError(f"J of {' and '.join(separated.names[:2])} must not be negative, got {J[:2].min()}")
     if not np.all(np.abs(J) < LARGEST_ACTION):
@@ -270,9 +268,8 @@ def _invert(
     several = np.flatnonzero(wells > 1)
     if several.size and guess is None:
         raise ValueError(
-            f"guess must be given: the effective potential of orbit {several[0]} has {wells[several[0]]} wells; pass a "
-            "phase point in the "
-            "one that is meant (`action_angles` of it gives its turning points)"
+            f"guess must be given for orbit {several[0]}, whose effective potential has {wells[several[0]]} wells. "
+            "Pass a phase point in one of them."
         )
     return status
 
@@ -282,8 +279,8 @@ def _refuse_failed(J: np.ndarray, status: np.ndarray) -> None:
     if failed.size:
         k = failed[0]
         raise ValueError(
-            f"J must be the actions of a torus: orbit {k}, J = {J[:, k]}, gives {Status(int(status[k])).name} "
-            f"({Status(int(status[k])).sentence}); {failed.size} such orbits"
+            f"J must be the actions of a torus, got J = {shown(J[:, k].tolist())} of orbit {k}: "
+            f"{Status(int(status[k])).name} ({failed.size} such orbits)"
         )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.numbers import shown
+from ..core.numbers import kind_of, listed, shown
 from ..engine.blocks import function_block, parameters
 from ..results.progress import says_progress
 from ..runs.requirements import checked_function, checked_system, current_system, phase_points
@@ -74,19 +74,11 @@ def separate(model: Any, chart: Chart | str | None = None) -> Separated:
     """
     system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.planar:
-        raise TypeError(
-            f"model must be a Body or a StackelBody, whose tori separate, got {type(model).__name__}: of any other "
-            "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time; "
-            "levels of vibrations are those of quantum.quasiclassical_levels and quantum.spectrum"
-        )
+        raise TypeError(f"model must be a separable Body, got {kind_of(model)}. Use fa.fit_torus for other systems.")
     name = type(system.model.potential).__name__
     possible = [family for family in FAMILIES if hasattr(system.model.potential, family.member)]
     if not possible:
-        raise ValueError(
-            f"model must separate: {name} is in none of the families SeparableAlphaBeta, SeparableRVartheta, "
-            "SeparableElliptic "
-            "(a potential joins one by a property alpha_beta, r_vartheta or elliptic); for other bodies use fit_torus"
-        )
+        raise ValueError(f"model must be separable, got a Body of {name}. Use fa.fit_torus for other bodies.")
     wanted = getattr(chart, "name", chart)
     if chart is not None and not isinstance(wanted, str):
         raise TypeError(
@@ -96,8 +88,8 @@ def separate(model: Any, chart: Chart | str | None = None) -> Separated:
     chosen = [family for family in possible if chart is None or family.chart == wanted]
     if not chosen:
         raise ValueError(
-            f"chart must be one that {name} separates in, {', '.join(family.chart for family in possible)}; got "
-            f"{wanted!r}"
+            f"chart must be one that {name} separates in, {listed(family.chart for family in possible)}; got "
+            f"{shown(wanted)}"
         )
     member = getattr(system.model.potential, chosen[0].member)
     for field, function in zip(member._fields, member, strict=True):

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..core.classification import Classification
 from ..core.numbers import numbers, shown, whole
-from ..core.status import Status
+from ..core.status import Status, counted
 from ..frequencies.integer_lattice import determinant, inverse
 from ..results.result import Result, along
 from ..runs.flow import Flow
@@ -165,7 +165,7 @@ class TorusFit(Result, axis=None):
         of_flow = isinstance(self.model, Unknown) or not turned(self._system)
         if self.dimension != n or not of_flow or not np.isfinite(self.coefficients).all():
             raise ValueError(
-                f"maslov is of tori of {n} dimensions of a flow, got {SENTENCES[self.classification]} of "
+                f"maslov is defined for tori of {n} dimensions of a flow, got {SENTENCES[self.classification]} of "
                 f"dimension {self.dimension}"
             )
         return np.array([self._caustics(i) for i in range(n)])
@@ -233,7 +233,7 @@ class TorusFit(Result, axis=None):
             or (given % 1).any()
             or abs(determinant(given)) != 1
         ):
-            raise ValueError(f"M must be an integer matrix {(self.dimension,) * 2} of determinant +-1, got {M!r}")
+            raise ValueError(f"M must be an integer matrix {(self.dimension,) * 2} of determinant +-1, got {shown(M)}")
         M = given.astype(int)
         back = inverse(M)
         names = tuple(combination(row, self.names) for row in M)
@@ -281,10 +281,11 @@ class TorusFit(Result, axis=None):
         str
             The line.
         """
-        pairs = ", ".join(f"{name} {value:.9g}" for name, value in zip(self.names, self.nu))
+        pairs = ", ".join(f"nu_{name} = {value:.9g}" for name, value in zip(self.names, self.nu))
         text = (
-            f"{SENTENCES[self.classification]}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "
-            f"residual {self.residual:.1e}, prediction error {self.prediction_error:.1e}"
+            f"{SENTENCES[self.classification]}{f': {pairs}' if pairs else ''}; prediction error "
+            f"{self.prediction_error:.1e}, residual {self.residual:.1e}, {len(self.k)} terms in "
+            f"{counted(self.dimension, 'dimension')}"
         )
         if self.classification is Classification.UNDECIDED:
             outcome = Status(int(self.evidence["status"]))

@@ -89,7 +89,7 @@ def test_scans_of_a_store_have_a_caption(tmp_path, monkeypatch):
     scan = [*MAP, "--scan", "energy=1:1.5:2"]
     assert cli.main([*scan, "--write-job", "s.toml"]) == cli.main(["run", "s.toml", "--quiet"]) == 0
     drawn, _ = _of_store(tmp_path / "s.zarr", FigureOptions())
-    assert "10 random orbits a case" in drawn["scan"].get_supxlabel()
+    assert "chaotic fraction" in drawn["scan"].get_supxlabel()
     assert "neo-Hookean body" in drawn["scan"].get_suptitle()
     assert cli.main(["plot", "s.zarr", "--out", "s.pdf"]) == 0
     assert (tmp_path / "s.pdf").read_bytes().startswith(b"%PDF")
@@ -115,7 +115,7 @@ def test_figures_of_a_stopped_job_say_what_is_not_computed(tmp_path, monkeypatch
     part = " ".join(_of_store(tmp_path / "half.zarr", FigureOptions())[0]["chaos_map"].get_supxlabel().split())
     assert f"{done} orbits, " in part
     assert " not computed yet; " in part
-    assert "white: beyond the energy or not computed yet" in part
+    assert "white: inaccessible or not computed yet" in part
 
 
 def test_captions_say_what_is_open_of_a_chaotic_fraction(here):
@@ -126,7 +126,7 @@ def test_captions_say_what_is_open_of_a_chaotic_fraction(here):
     assert cli.main([*MAP, *plane, "--out", "s", "--no-figure"]) == 0
     scan, _ = _of_file(here / "s.npz", FigureOptions())
     for name, figure in (("m", drawn["chaos_map"]), ("s", scan["scan"])):
-        assert files.load(f"{name}.npz").shares.said() in " ".join(figure.get_supxlabel().split("\n"))
+        assert files.load(f"{name}.npz").shares.open() in " ".join(figure.get_supxlabel().split("\n"))
 
 
 def test_captions_are_mathematics():
@@ -136,10 +136,12 @@ def test_captions_are_mathematics():
     assert captions.titled(body) == r"neo-Hookean body ($G = 1$, $K = 2\times10^{-7}$, $\mu = 3$)"
     own = fa.hamiltonian("(x**2+y**2)/2 + k*x**2*y", coordinates="x y", k=1.5)
     assert captions.titled(own) == r"$V = \frac{x^{2}+y^{2}}{2}$ $+k\,x^{2}\,y$ ($k = 1.5$)"
-    assert captions.in_words(fa.Hyperplane((0, 1, 0, 0), 0.5), system_of(own)) == "$y = 0.5$, rising"
-    assert captions.in_words(fa.BetaTurning(-1), system_of(body)) == r"$p_{\beta} = 0$, falling"
+    assert captions.in_words(fa.Hyperplane((0, 1, 0, 0), 0.5), system_of(own)) == "$y = 0.5$, crossed with $p_{y} > 0$"
+    assert captions.in_words(fa.BetaTurning(-1), system_of(body)) == (
+        r"$p_{\beta} = 0$, crossed with $\dot{p_{\beta}} < 0$"
+    )
     status = np.array([0, 0, 3, 5])
-    assert captions.outcomes(status) == "4 orbits, of these 1 escaped, 1 few crossings"
+    assert captions.outcomes(status) == "4 orbits, 1 escaped, 1 few crossings"
 
 
 def test_animate(here, capsys):

@@ -67,7 +67,7 @@ def rows(text):
         (["spectrum", "--model", "heavy-top", "--A", "-3"], "no ground state"),
         (["spectrum", "--model", "harmonic", "--C", "-1"], "does not bind"),
         (["spectrum", "--model", "henon-heiles", "--m", "0", "--l", "0"], "a vibration takes --levels"),
-        (["spectrum", "--model", "double-pendulum"], "what runs here is H = T(p) + V(q)"),
+        (["spectrum", "--model", "double-pendulum"], "must be a system H = T(p) + V(q), got"),
         ([*HYPERELASTIC, "--levls", "3"], "Did you mean --levels?"),
     ],
 )

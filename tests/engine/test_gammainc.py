@@ -85,7 +85,7 @@ def test_where_x_is_negative_no_formula_lives():
     model = fa.hamiltonian("x**2/2 + gammainc(1.5, 1 + x)", coordinates="x")
     assert model.margin(-0.5) == 0.5
     assert model.margin(-1.5) < 0
-    with pytest.raises(ValueError, match="where the potential lives"):
+    with pytest.raises(ValueError, match="in the domain of the potential"):
         fa.integrate(model, [-1.5, 0.0], time=1.0)
 
 

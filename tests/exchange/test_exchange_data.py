@@ -100,7 +100,7 @@ def test_pairs_of_times_and_rows_name_the_call():
     for k in range(2):
         orbits[k] = own_orbits().times, samples_of_own()[:, k].T
     for given in (orbits, orbits[0], tuple(orbits[1]), [tuple(pair) for pair in orbits]):
-        with pytest.raises(TypeError, match=r"rows.T, times=times; of several, .*times=orbits\[0\]\[0\]"):
+        with pytest.raises(TypeError, match=r"rows.T, times=times; for several orbits .*times=orbits\[0\]\[0\]"):
             fa.orbit_frequencies(given)
     samples = np.stack([rows.T for _, rows in orbits], axis=1)
     same(

@@ -122,7 +122,7 @@ def test_every_control_has_a_name_and_room(browser, tmp_path, width):
     sheet.done(1)
     sheet.wait("app.part('readout').getAttribute('aria-live') === 'polite' && app.part('readout').textContent !== ''")
     button = sheet.page.locator("[data-part=rows] button").nth(2)
-    assert button.get_attribute("aria-label") == "Forget orbit 1"
+    assert button.get_attribute("aria-label") == "Remove orbit 1"
     button.focus()
     assert sheet.page.evaluate("() => getComputedStyle(document.activeElement).outlineStyle") != "none"
     sheet.page.keyboard.press("Enter")
@@ -151,13 +151,13 @@ def test_keys_alone_reach_every_orbit(browser, tmp_path):
     table.focus()
     table.evaluate("(element) => { element.scrollTop = 0 }")
     seen, rows = [], "() => new Promise((ready) => requestAnimationFrame(() => setTimeout(ready, 30)))"
-    sheet.wait("document.querySelector(given)", f"[aria-label='Forget orbit {count}']")
+    sheet.wait("document.querySelector(given)", f"[aria-label='Remove orbit {count}']")
     sheet.page.evaluate(rows)
     for _ in range(3 * count):
         sheet.page.keyboard.press("Tab")
         sheet.page.evaluate(rows)
         seen.append(sheet.page.evaluate(FOCUS))
-    marks = [int(name.split()[-1]) for name in seen if name.startswith("Forget orbit")]
+    marks = [int(name.split()[-1]) for name in seen if name.startswith("Remove orbit")]
     assert marks == sorted(marks, reverse=True)
     assert len(marks) == count
     for _ in range(40):
@@ -165,9 +165,9 @@ def test_keys_alone_reach_every_orbit(browser, tmp_path):
         sheet.page.evaluate(rows)
         assert not sheet.page.evaluate(COVERED), sheet.page.evaluate(FOCUS)
     before = sheet.page.evaluate(FOCUS)
-    sheet.page.locator(f"[aria-label='Forget orbit {before.split()[-1]}']").press("Enter")
+    sheet.page.locator(f"[aria-label='Remove orbit {before.split()[-1]}']").press("Enter")
     sheet.wait(f"app.orbits.shown.size === {count - 1} && !document.querySelector(\"[aria-label='{before}']\")")
-    assert sheet.page.evaluate(FOCUS) == f"Forget orbit {int(before.split()[-1]) - 1}"
+    assert sheet.page.evaluate(FOCUS) == f"Remove orbit {int(before.split()[-1]) - 1}"
     paint = sheet.page.locator("[data-part=paint]")
     sheet.page.locator("[data-do=density]").focus()
     sheet.page.keyboard.press("Tab")

@@ -95,8 +95,8 @@ def test_set_up_of_a_driven_system(tmp_path):
     assert (start["scheme"], start["accuracy"], start["energy"]) == ("KAHAN_LI8", 1e-8, None)
     assert own["job"]["drive_period"] == "2*pi/w"
     for given, error, said in (
-        ({"energy": 1.0}, ValueError, "energy does not go with a driven system"),
-        ({"fixed": {"x": 1.0}}, ValueError, "fixed does not go with"),
+        ({"energy": 1.0}, ValueError, "energy is not supported for driven systems"),
+        ({"fixed": {"x": 1.0}}, ValueError, "fixed is not supported for"),
         ({"background": 3}, TypeError, "background"),
         ({"section": fa.Hyperplane((1.0, 0.0, 0.0, 0.0))}, TypeError, "Stroboscopic"),
         ({"scheme": "DOP853"}, TypeError, "splitting"),

@@ -18,20 +18,13 @@ RNG = np.random.default_rng(7)
 KINDS = [Status.OK, Status.ESCAPED, Status.ENERGY_DRIFT, Status.INTERRUPTED]
 
 
-def counts(text):
-    """Numbers that begin the parts of a list."""
-    return [
-        int(found) for found in re.findall(r"(?:^|[;,:] |of which )(\d+) [A-Za-z]", re.sub(r"\([^()]*\)", "", text))
-    ]
-
-
-def split(summary):
-    """Counts of statuses, and those of the OK ones."""
-    head, found, inner = summary.partition(", of which ")
-    if not found:
-        return counts(summary), None
-    inner, _, rest = inner.partition("; ")
-    return counts(head) + counts(rest), counts(inner)
+def counts(summary):
+    """Total of a summary, its counts of classes or OK ones, and those of other statuses."""
+    total, _, parts = re.sub(r" \([^()]*\)", "", summary).partition(": ")
+    first, *rest = parts.split("; ")
+    kinds = [int(found) for found in re.findall(r"(?:^|, )(\d+) (?![A-Z_]{3})", first)]
+    failed = [int(found) for part in (first, *rest) for found in re.findall(r"^(\d+) [A-Z_]{3,}$", part)]
+    return int(total.split()[0]), kinds, failed
 
 
 def random_status(n):
@@ -39,17 +32,16 @@ def random_status(n):
 
 
 def adds_up(result):
-    outer, inner = split(result.summary())
-    assert sum(outer) == result.status.size, result.summary()
+    total, kinds, failed = counts(result.summary())
     fine = int((result.status == Status.OK).sum())
-    assert (inner is None and not fine) or sum(inner) == fine, result.summary()
+    assert (total, sum(kinds), sum(failed)) == (result.status.size, fine, total - fine), result.summary()
 
 
 def test_the_reader_of_this_test():
-    text = "5 OK (finished, 3 times), of which 2 regular, 3 undecided (time 80 may decide); 2 ESCAPED (1 of, 9)"
-    assert split(text) == ([5, 2], [2, 3])
-    assert split(describe(np.array([0, 3, 3]))) == ([2, 1], None)
-    assert split(describe(np.array([3, 0, 3]), "1 dull")) == ([2, 1], [1])
+    text = "7 orbits: 2 regular, 3 undecided; 2 ESCAPED (1 of; 9); chaotic fraction 0 to 0.6 (3 of 5 undecided)"
+    assert counts(text) == (7, [2, 3], [2])
+    dull = np.array([False, False, True])
+    assert counts(describe(np.array([3, 0, 3]), {"dull": ~dull})) == (3, [1], [2])
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -105,12 +97,13 @@ def test_scans():
         done=done,
         **whole,
     )
-    cases, orbits, recomputed, *_ = found.summary().split("; ")
-    assert re.match(r"12 cases: (\d+) of \d+ orbits, (\d+) empty, where the energy reaches nothing, 3 not done$", cases)
-    assert sum(map(int, re.findall(r"[:,] (\d+) ", cases))) == 12
-    total, *parts = counts(orbits)
-    assert total == sum(parts) == kinds.sum()
-    assert recomputed == f"{found.recomputed.sum()} of them done again with the fallback scheme"
+    said = found.summary()
+    total, parts, failed = counts(said)
+    assert (total, sum(parts), sum(failed)) == (kinds.sum(), kinds[:3].sum(), kinds[3].sum())
+    assert " orbits in 12 cases: " in said
+    assert f"; {found.recomputed.sum()} recomputed with the fallback scheme" in said
+    assert said.endswith("; 3 cases not done")
+    assert re.search(r"; \d+ cases? without accessible points; ", said)
 
 
 def test_levels():
@@ -119,14 +112,15 @@ def test_levels():
     E, status = found.E.copy(), np.zeros(5, np.int64)
     E[3:], status[2:] = np.nan, Status.NOT_CONVERGED
     assert re.match(
-        r"5 levels from .*, 2 of them without an energy, 3 of them not OK; ",
+        r"5 levels from .*; 2 without an energy; 3 not converged",
         replace(found, E=E, status=status).summary(),
     )
 
 
 def test_islands():
     found = fa.islands(np.repeat(battery.POINTS[:, :, None], 5, axis=2), max_islands=4)
-    assert sum(counts(found.summary())) == 5
+    total, parts, _ = counts(found.summary())
+    assert total == sum(parts) == 5
 
 
 # --- shares of chaotic orbits -----------------------------------------------------------------------------------------
@@ -153,27 +147,33 @@ def test_shares_are_those_of_wilson():
 
 @pytest.mark.parametrize("sets", [1, 7])
 def test_a_fraction_is_said_with_what_is_open(sets):
-    """The numbers of the sentence: fraction, interval, percent undecided and bounds, least and largest of each."""
+    """The numbers of the sentence: bounds, fraction and interval, least and largest of each."""
     for _ in range(30):
         found = random_shares(sets)
         said, decided = found.said(), found.chaotic + found.regular
+        total, open_ = found.completed.sum(), found.undecided.sum()
+        if not total:
+            assert said == "chaotic fraction unknown: no orbits"
+            continue
+        first, places = found.bounds, ["chaotic fraction "]
+        parts = [first]
+        if open_:
+            assert f"({open_} of {total} undecided)" in said
         if not decided.any():
-            assert said == f"chaotic fraction unknown: none of {found.undecided.sum()} orbits is decided"
+            assert said.endswith("undecided)")
             continue
         with np.errstate(all="ignore"):
-            share = 100 * found.undecided / found.completed
-        parts, heads, places = [found.fraction, found.interval()], ["chaotic fraction ", "95 %: "], [3, 3]
-        if found.undecided.any():
-            parts = [found.bounds, share, found.fraction, found.interval()]
-            heads, places = ["chaotic fraction ", "of all orbits, ", "undecided; ", "95 %: "], [3, 1, 3, 3]
-        for part, head, digits in zip(parts, heads, places, strict=True):
-            low, high = re.search(head + r"([\d.]+)(?: \.\.\. ([\d.]+))?(?: |$|\))", said).groups()
-            np.testing.assert_allclose(float(low), np.nanmin(part), atol=0.501 * 10.0**-digits)
-            np.testing.assert_allclose(float(high or low), np.nanmax(part), atol=0.501 * 10.0**-digits)
-        assert ("of all orbits" in said) == bool(found.undecided.any())
+            estimates = [found.fraction, found.interval()]
+        if open_:
+            parts, places = [first, *estimates], ["chaotic fraction ", "undecided\\), ", "95 %: "]
+        else:
+            parts, places = estimates, ["chaotic fraction ", "95 %: "]
+        for part, head in zip(parts, places, strict=True):
+            low, high = re.search(head + r"([\d.e-]+)(?: to ([\d.e-]+))?(?: |$|\))", said).groups()
+            np.testing.assert_allclose(float(low), np.nanmin(part), atol=0.000501)
+            np.testing.assert_allclose(float(high or low), np.nanmax(part), atol=0.000501)
     assert Shares(*np.array([114, 517, 620])).said() == (
-        "chaotic fraction 0.091 ... 0.587 of all orbits, 49.6 % of them undecided; "
-        "0.181 of the decided ones (95 %: 0.153 ... 0.213)"
+        "chaotic fraction 0.091 to 0.587 (620 of 1251 undecided), 0.181 of the decided orbits (95 %: 0.153 to 0.213)"
     )
 
 

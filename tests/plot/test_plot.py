@@ -90,7 +90,7 @@ def test_edge_of_henon_heiles_is_the_well_not_the_valleys():
     roots = np.sort(np.roots([-1 / 3, 1 / 2, 0, -1 / 8]).real)
     assert (edge.coordinate[0], edge.coordinate[-1]) == pytest.approx((roots[0], roots[1]), abs=1e-9)
     assert edge.momentum.max() == pytest.approx(0.5, abs=1e-5)
-    with pytest.raises(ValueError, match="nothing bounds"):
+    with pytest.raises(ValueError, match="is unbounded"):
         plot.edge(fastaff.HenonHeiles(), fastaff.Hyperplane((1, 0, 0, 0)), energy=1.0)
 
 

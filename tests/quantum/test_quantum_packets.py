@@ -397,7 +397,7 @@ def test_wrong_input():
         with pytest.raises(ValueError, match=wrong):
             Packet(states, energies, c, hbar)
     outside = np.array([0.5, 0, 0.9, 0, 0, 0, 0, 0.0])  # det phi < 0
-    with pytest.raises(ValueError, match="z0 must lie where the potential lives"):
+    with pytest.raises(ValueError, match="z0 must lie in the domain of the potential"):
         coherent_packet(WALLED, outside, width=0.1, count=20)
     good = np.array([1.2, 0, 0.3, 0, 0, 0, 0, 0.0])
     for changed, wrong in (

@@ -465,13 +465,33 @@ def test_bad_input(change, error, words):
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda: wave()(np.eye(3)), ValueError, "phi takes"),
-        (lambda: wave()(np.nan * np.eye(2)), ValueError, "phi takes"),
-        (lambda: wave().planes(np.ones(3)), ValueError, "planes takes"),
-        (lambda: wave().at(np.ones(4) * 1j), TypeError, "q takes"),
+        (
+            lambda: wave()(np.eye(3)),
+            ValueError,
+            r"phi must be finite real numbers of shape \(2, 2, \.\.\.\), got shape",
+        ),
+        (
+            lambda: wave()(np.nan * np.eye(2)),
+            ValueError,
+            r"phi must be finite real numbers of shape \(2, 2, \.\.\.\), got nan",
+        ),
+        (
+            lambda: wave().planes(np.ones(3)),
+            ValueError,
+            r"planes must be finite real numbers of shape \(4, \.\.\.\), got shape",
+        ),
+        (
+            lambda: wave().at(np.ones(4) * 1j),
+            TypeError,
+            r"q must be finite real numbers of shape \(4, \.\.\.\), got ndarray of",
+        ),
         (lambda: wave().density(1.0, 1.0, EXPONENTIAL), ValueError, "chart must be"),
         (lambda: wave().density(-1.0, 1.0), ValueError, r"x \(alpha\) must lie"),
-        (lambda: wave().density(1.0, np.inf), ValueError, r"y \(beta\) takes finite"),
+        (
+            lambda: wave().density(1.0, np.inf),
+            ValueError,
+            r"y \(beta\) must be finite real numbers of shape \(\.\.\.\), got inf at",
+        ),
         (lambda: wave().expectation(np.add, chart=EULER), ValueError, "chart must be"),
         (lambda: wave().norm(order=0), ValueError, "order must be"),
         (lambda: PlaneFactor(-1, 0.0, 1.0), ValueError, "n must be at least 0"),

@@ -415,20 +415,26 @@ def test_a_job_from_options(tmp_path):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x"), "the time of a driven system, which needs a period"),
-        (lambda: fa.affine_body("alpha**2*cos(t)"), "hamiltonian(..., drive_period=6.28)"),
+        (
+            lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x"),
+            "text: unknown name 't' at column 10. Use drive_period, such as",
+        ),
+        (lambda: fa.affine_body("alpha**2*cos(t)"), "text: unknown name 't' at column 14. For friction or a drive"),
         (
             lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", drive_period=6.0),
-            "drive_period must be one of the potential's",
+            "drive_period must be a period of the potential, got 6.0: its",
         ),
         (
             lambda: fa.hamiltonian("x**2*cos(w*t)", coordinates="x", drive_period="pi/w", w=1.3),
-            "drive_period must be one",
+            "drive_period must be a period of the potential, got ",
         ),
-        (lambda: fa.hamiltonian("x**2", coordinates="x", drive_period=6.0), "does not depend on the time"),
+        (
+            lambda: fa.hamiltonian("x**2", coordinates="x", drive_period=6.0),
+            "drive_period must be left out for a formula without the time t,",
+        ),
         (
             lambda: fa.hamiltonian("x**2*t", coordinates="x", drive_period=1.0),
-            "drive_period must be one of the potential's",
+            "drive_period must be a period of the potential, got 1.0: its",
         ),
         (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", drive_period=-1.0), "drive_period must be positive"),
         (
@@ -436,27 +442,54 @@ def test_a_job_from_options(tmp_path):
             "drive_period must be positive",
         ),
         (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", drive_period="2*pi/v"), "unknown name 'v'"),
-        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x t", drive_period=1.0), "coordinates must not have t"),
+        (
+            lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x t", drive_period=1.0),
+            "coordinates must not contain t, the time of a driven system",
+        ),
         (lambda: fa.hamiltonian("x*cos(t)", coordinates="x", drive_period="2*pi", t=1.0), "taken"),
         (lambda: fa.poincare_map(duffing(), [0, 1], section="t=0", crossings=3, max_time=9.0), "max_time"),
-        (lambda: fa.poincare_map(duffing(), [0, 1], section="x=0", crossings=3), "max_time must be given"),
-        (lambda: fa.poincare_map(fa.HenonHeiles(), [0, 0.1, 0.3, 0], section=Stroboscopic(), crossings=3), "driven"),
+        (
+            lambda: fa.poincare_map(duffing(), [0, 1], section="x=0", crossings=3),
+            "max_time is required for the section x=0. The typical period is",
+        ),
+        (
+            lambda: fa.poincare_map(fa.HenonHeiles(), [0, 0.1, 0.3, 0], section=Stroboscopic(), crossings=3),
+            "section must be x=c, y=c for a system without a drive, got",
+        ),
         (
             lambda: fa.poincare_map(duffing(), [0, 1], section=fa.Hyperplane((0, 1, 0, 0)), crossings=3, max_time=1.0),
-            "must not depend on its time",
+            "section must be one of constant time, such as 't=0', or not",
         ),
         (lambda: fa.poincare_map(duffing(), [0, 1], section="y=0", crossings=3), "section"),
         (lambda: fa.chaos_map(duffing(), [0, 1], time=9.0, indicators="reversibility_error"), "driven"),
         (lambda: fa.chaos_map(duffing(), [0, 1], time=9.0, indicators="ofli"), "driven"),
         (lambda: fa.chaos_map(duffing(), [0, 1], time=9.0, indicators="gali_3"), "GALI.count"),
         (lambda: fa.integrate(duffing(), [0, 1, 2], time=9.0), "z0 must have shape"),
-        (lambda: fa.integrate(duffing(), [0, 1], time=9.0, scheme=fa.TimeTransformed()), "fictitious time"),
-        (lambda: fa.periodic_orbits(duffing(), [0, 1], section="x=0"), "must be stroboscopic"),
-        (lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", energy=1.0), "energy must be left out"),
-        (lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", max_time=1.0), "max_time must be left out"),
-        (lambda: fa.continuation(duffing(), [0, 1], section="t=0"), "parameter must be given"),
-        (lambda: fa.hamiltonian("x*cos(t)", coordinates="x y", drive_period="2*pi", rotation=1.0), "does not go with"),
-        (lambda: fa.explore(duffing(), energy=1.0), "energy does not go with a driven system"),
+        (
+            lambda: fa.integrate(duffing(), [0, 1], time=9.0, scheme=fa.TimeTransformed()),
+            "scheme TimeTransformed(KAHAN_LI8) is not supported for driven",
+        ),
+        (
+            lambda: fa.periodic_orbits(duffing(), [0, 1], section="x=0"),
+            "section must be a stroboscopic one for a driven system, such as",
+        ),
+        (
+            lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", energy=1.0),
+            "energy is not supported for driven systems, which do not",
+        ),
+        (
+            lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", max_time=1.0),
+            "max_time is not supported for driven systems, got 1.0.",
+        ),
+        (
+            lambda: fa.continuation(duffing(), [0, 1], section="t=0"),
+            "parameter must be a number for a driven system, which has no",
+        ),
+        (
+            lambda: fa.hamiltonian("x*cos(t)", coordinates="x y", drive_period="2*pi", rotation=1.0),
+            "drive_period must be given without rotation: a driven system",
+        ),
+        (lambda: fa.explore(duffing(), energy=1.0), "energy is not supported for driven systems: the page plots the"),
     ],
 )
 def test_bad_input(call, message):

@@ -110,7 +110,7 @@ GENT = fa.affine_body("gent", **LAWS["gent"])
         (
             lambda: fa.ode(GENT, forces={"D1": "cos(w*t + 1)"}, w=1.0),
             ValueError,
-            r"forces\['D1'\] may have the time as",
+            r"forces\['D1'\] must have the time as cos\(w\*t\) and sin\(w\*t\) of one",
         ),
         (lambda: fa.ode(GENT, forces={"D1": "cos(t) + cos(w*t)"}, w=1.0), ValueError, "of one rate w"),
         (lambda: fa.ode(GENT, forces={"D1": "K*cos(t)"}, K=1.0), ValueError, "'K' is that of the model, 2: rename"),
@@ -120,14 +120,22 @@ GENT = fa.affine_body("gent", **LAWS["gent"])
         (
             lambda: fa.ode(fa.Body(fa.Harmonic().alpha_beta)),
             TypeError,
-            "or of Harmonic, .*, got Body",
+            "text must be equations or a model made of a formula, without",
         ),
-        (lambda: fa.ode(fa.Harmonic(), forces={"D1": "1"}), TypeError, "text must be equations, or a model that"),
-        (lambda: fa.ode("x' = -x", forces={"x": "1"}), TypeError, "text must be equations, or a model that"),
+        (
+            lambda: fa.ode(fa.Harmonic(), forces={"D1": "1"}),
+            TypeError,
+            "text must be equations or a model made of a formula, without",
+        ),
+        (
+            lambda: fa.ode("x' = -x", forces={"x": "1"}),
+            TypeError,
+            "text must be equations or a model made of a formula, without",
+        ),
         (
             lambda: fa.ode(fa.hamiltonian("x**2", coordinates="x", friction=0.1)),
             TypeError,
-            "without a drive, a frame that turns or friction",
+            "text must be equations or a model made of a formula, without",
         ),
     ],
 )

@@ -179,18 +179,42 @@ def test_a_class_of_ones_own():
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda: fa.integrate(DAMPED, Z0, time=1.0, scheme=fa.BLANES_MOAN6), ValueError, "friction: take KAHAN_LI8"),
-        (lambda: fa.integrate(DAMPED, Z0, time=1.0, scheme=fa.AUTO), ValueError, "goes by the energy, which .* loses"),
+        (
+            lambda: fa.integrate(DAMPED, Z0, time=1.0, scheme=fa.BLANES_MOAN6),
+            ValueError,
+            "scheme BLANES_MOAN6 has its order 6 only if forces depend on",
+        ),
+        (
+            lambda: fa.integrate(DAMPED, Z0, time=1.0, scheme=fa.AUTO),
+            ValueError,
+            r"scheme Automatic\(BLANES_CASAS_ESCORIHUELA8, BLANES_MOAN6,",
+        ),
         (
             lambda: fa.integrate(DAMPED, Z0, time=1.0, scheme=fa.TimeTransformed()),
             ValueError,
-            "goes by the energy, which .* loses",
+            r"scheme TimeTransformed\(KAHAN_LI8\) requires a conserved energy,",
         ),
-        (lambda: fa.frequency_map(DAMPED, Z0, time=9.0), TypeError, "with a friction .*; what runs here is"),
-        (lambda: fa.energy_grid(DAMPED, energy=0.1, axes={"x": [0.1]}, solve="p_y"), ValueError, "friction keeps none"),
-        (lambda: fa.chaos_map(DAMPED, Z0, time=9.0, indicators="zero_one_test"), TypeError, "has friction, are those"),
+        (
+            lambda: fa.frequency_map(DAMPED, Z0, time=9.0),
+            TypeError,
+            "model must be a Hamiltonian system without friction, or a map,",
+        ),
+        (
+            lambda: fa.energy_grid(DAMPED, energy=0.1, axes={"x": [0.1]}, solve="p_y"),
+            ValueError,
+            "energy requires a conserved energy, which a system that has",
+        ),
+        (
+            lambda: fa.chaos_map(DAMPED, Z0, time=9.0, indicators="zero_one_test"),
+            TypeError,
+            "indicators must be those of deviation vectors, such as",
+        ),
         (lambda: fa.chaos_map(DAMPED, Z0, time=9.0, indicators="reversibility_error"), TypeError, "has friction"),
-        (lambda: fa.hamiltonian(CUBIC, friction=0.1, rotation=0.1), ValueError, "friction does not go with rotation"),
+        (
+            lambda: fa.hamiltonian(CUBIC, friction=0.1, rotation=0.1),
+            ValueError,
+            "friction must be given without rotation, magnetic and",
+        ),
         (lambda: fa.hamiltonian(CUBIC, friction=np.inf), ValueError, "friction must be finite"),
         (lambda: fa.hamiltonian(CUBIC, friction=[1.0]), TypeError, "friction must be a real number"),
         (lambda: fa.hamiltonian(CUBIC, friction="x"), ValueError, "friction: unknown name"),

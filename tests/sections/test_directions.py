@@ -19,7 +19,7 @@ def test_a_particle_that_crosses_downwards_is_told_how_to_ask():
     """TOO_FEW_CROSSINGS said nothing."""
     up = crossed(FREE, [3.0, -4.0], "x=0")
     assert up.counts[0] == 0
-    assert up.summary().endswith("1 never cross upwards: direction=-1 counts crossings downwards, direction=0 all")
+    assert up.summary().endswith("1 never cross upwards. Use direction=-1 for crossings downwards, 0 for all.")
     for found in (
         crossed(FREE, [3.0, -4.0], "x=0-"),
         crossed(FREE, [3.0, -4.0], "x = 0 +-"),
@@ -30,7 +30,7 @@ def test_a_particle_that_crosses_downwards_is_told_how_to_ask():
         np.testing.assert_allclose(found.times[0, 0], 0.75, rtol=1e-13)
         assert found.section.direction in (0, -1)
     down = crossed(FREE, [-3.0, 4.0], "x=0-")
-    assert "1 never cross downwards: direction=1 counts crossings upwards" in down.summary()
+    assert "1 never cross downwards. Use direction=1 for crossings upwards" in down.summary()
     assert "never" not in crossed(FREE, [-3.0, 4.0], "x=0+-").summary()
     assert "never" not in crossed(HENON, [0.0, 0.1, 0.3, 0.1], "x=0").summary()
 

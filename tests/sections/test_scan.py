@@ -115,7 +115,7 @@ def test_henon_heiles_turns_chaotic_as_henon_and_heiles_found():
     assert found.step[1] == np.median(direct.step)
     assert (found.bounds[0] <= found.fraction).all()
     assert (found.fraction <= found.bounds[1]).all()
-    assert "2 cases: 2 of 96 orbits; 192 orbits: " in found.summary()
+    assert "192 orbits in 2 cases: " in found.summary()
 
 
 def test_integrable_bodies_have_none():
@@ -142,7 +142,7 @@ def test_an_energy_below_the_minimum_is_an_empty_case():
     assert np.isnan(found.interval()[:, 0]).all()
     assert found.fraction[1] == 0
     assert found.done.all()
-    assert "1 empty, where the energy reaches nothing" in found.summary()
+    assert "1 case without accessible points" in found.summary()
     nothing = fastaff.chaotic_fraction(lambda energy: (NEO, np.zeros((8, 0))), ([1.0],), time=40.0)
     assert nothing.orbits[0] == 0
 
@@ -163,7 +163,7 @@ def test_lost_orbits_run_again_with_step_control():
     assert found.energy_error[0] <= 1e-6
     adaptive = fastaff.chaos_map(NEO, make(8.0)[1], time=60.0, scheme=fastaff.VERNER9)
     assert abs(found.chaotic[0] - adaptive.chaotic.sum()) <= 2  # at 60 units some are still close to the limit
-    assert "done again" in found.summary()
+    assert "recomputed with the fallback" in found.summary()
 
 
 @pytest.mark.parametrize(
@@ -191,7 +191,7 @@ def test_a_time_that_decides_nothing_says_so():
     found = fastaff.chaotic_fraction(lambda energy: (NEO, starts(NEO, energy, 8)), ([1.0, 1.1],), time=40.0)
     assert np.isnan(found.fraction).all()
     assert found.undecided.tolist() == [8, 8]
-    assert found.summary().endswith("a longer time may decide, 100 natural periods or more")
+    assert "a longer time may decide, 100 natural periods or more" in found.summary()
 
 
 def test_maps_lose_orbits_through_an_aperture_and_to_infinity():

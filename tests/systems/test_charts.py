@@ -230,7 +230,7 @@ def test_negative_r_is_refused():
 @pytest.mark.parametrize(
     ("value", "error", "message"),
     [
-        (np.zeros((4, 2)), ValueError, r"z takes finite real numbers of shape \(8, ...\); got shape \(4, 2\)"),
+        (np.zeros((4, 2)), ValueError, r"z must be finite real numbers of shape \(8, ...\), got shape \(4, 2\)"),
         (1.0, ValueError, r"got shape \(\)"),
         ([[1.0], [2.0, 3.0]], ValueError, "z takes .* inhomogeneous"),
         ([[0, 0]] * 7 + [[0, np.nan]], ValueError, r"got nan at index \(7, 1\)"),
@@ -250,7 +250,7 @@ def test_bad_input_is_named(value, error, message):
 
 
 def test_bad_matrices_are_named():
-    with pytest.raises(ValueError, match=r"phi takes .* \(2, 2, ...\); got shape \(4,\)"):
+    with pytest.raises(ValueError, match=r"phi must be .*\(2, 2, ...\), got shape \(4,\)"):
         from_matrix(np.zeros(4), np.zeros((2, 2)))
     with pytest.raises(ValueError, match=r"momentum takes .* got inf"):
         from_matrix(np.zeros((2, 2)), np.full((2, 2), np.inf))

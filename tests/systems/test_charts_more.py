@@ -729,7 +729,7 @@ def test_bad_input_is_named(chart):
         (chart.velocities_from_momenta, "q", 8),
     ):
         with pytest.raises(
-            ValueError, match=rf"{name} takes finite real numbers of shape \({rows}, ...\); got shape \(3,\)"
+            ValueError, match=rf"{name} must be finite real numbers of shape \({rows}, ...\), got shape \(3,\)"
         ):
             method(np.ones(3))
         with pytest.raises(ValueError, match=rf"{name} takes .* got nan"):

@@ -3,7 +3,6 @@ something is told.
 """
 
 import pickle
-import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -163,7 +162,7 @@ def test_what_names_no_kind_is_refused_in_a_sentence():
         lambda: fa.fit_torus(Other(), Z[:, 0], time=1.0),
     )
     for call in calls:
-        with pytest.raises(TypeError, match=r"Other is 'relativistic'; what runs here is H = T"):
+        with pytest.raises(TypeError, match=r"model.kind must be a .* got 'relativistic'"):
             call()
 
 
@@ -279,7 +278,7 @@ def test_a_kind_of_ones_own_runs_by_its_terms(model):
     asked = "signals must be given for Whirled, which is driven" if not losing else "what runs here is H = T"
     with pytest.raises((TypeError, ValueError), match=asked):
         fa.frequency_map(model, Z, time=100.0)
-    with pytest.raises(TypeError, match=f"is {re.escape(model.kind.equations)}; what runs here is H = T"):
+    with pytest.raises(TypeError, match=r"must be a system H = T"):
         fa.energy_grid(model, energy=0.1, axes={"x": [0.1]}, solve="p_y")
 
 
@@ -391,7 +390,7 @@ def test_a_new_term_is_one_value(name, new_terms):
     assert pickle.loads(pickle.dumps(model)) == model
     with pytest.raises(ValueError, match=f"and FormulaHamiltonian {NEW[name].has}: take"):
         fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
-    with pytest.raises(TypeError, match=r"what runs here is H = T|: it has no page; poincare_map"):
+    with pytest.raises(TypeError, match=r"must be a system|: it has no page; poincare_map"):
         fa.explore(model, energy=0.1)
 
 
@@ -482,7 +481,7 @@ def test_the_axis_of_a_top_is_refused_with_the_chart_that_takes_it():
     taken = fa.models.AsymmetricTop(h_3=1.0, chart="quaternion")
     run = fa.integrate(taken, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0], time=1.0)
     assert np.allclose(run.z[[1, 2, 5, 6]], 0, atol=1e-12)
-    with pytest.raises(ValueError, match=r"where the potential lives \(r - 1 - sqrt\(1 - a\*\*2\) > 0\)"):
+    with pytest.raises(ValueError, match=r"in the domain of the potential \(r - 1 - sqrt\(1 - a\*\*2\) > 0\)"):
         fa.integrate(fa.models.KerrGeodesic(0.9), [1.0, 1.5, 0.0, 0.0, 0.1, 2.0], time=1.0)
 
 

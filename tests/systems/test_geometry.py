@@ -330,7 +330,7 @@ def test_bad_input_is_named():
     for form in (g.omega, g.omega_hat):
         with pytest.raises(ValueError, match=r"phi must be invertible; det phi = 0 at orbit \(2,\)"):
             form(singular, singular)
-        with pytest.raises(ValueError, match=r"phi takes .*\(2, 2, ...\); got shape \(4,\)"):
+        with pytest.raises(ValueError, match=r"phi must be .*\(2, 2, ...\), got shape \(4,\)"):
             form(np.ones(4), np.ones((2, 2)))
     for metric in (
         g.breathing_metric,
@@ -343,7 +343,7 @@ def test_bad_input_is_named():
         g.continued_affine_metric,
         BREATHING_TOP.matrix,
     ):
-        with pytest.raises(ValueError, match=r"q takes .* shape \(4, ...\); got shape \(3,\)"):
+        with pytest.raises(ValueError, match=r"q must be .* shape \(4, ...\), got shape \(3,\)"):
             metric(np.ones(3))
         with pytest.raises(ValueError, match=r"q takes .* got nan"):
             metric([np.nan, 0, 0, 0])

@@ -174,7 +174,7 @@ REFUSED = [  # text, what the message says
     ("sin()", "sin with 0 arguments", 1),
     ("sin(x, y)", "sin with 2 arguments", 1),
     ("sin(x=y)", "comparison", 6),
-    ("sin(*x)", "functions take one", 1),
+    ("sin(*x)", "Functions have one", 1),
     ("x(y)", "a call of x", 1),
     ("2(x)", "no function", 1),
     ("x.y(2)", "attribute", 1),
@@ -189,8 +189,8 @@ REFUSED = [  # text, what the message says
     ("import os", "not one expression", 1),
     ("await x", "await", 1),
     ("yield x", "yield", None),
-    ("abs(x)", "not smooth", 1),
-    ("ln(x)", "natural logarithm is log", 1),
+    ("abs(x)", "smooth at 0", 1),
+    ("ln(x)", "Use log, the natural", 1),
     ("(" * 5000, "at most 2000 characters", None),
     ("(" * 61 + "x" + ")" * 61, "deeper than 60", 61),
     ("-" * 1900 + "x", "deeper than 60", 62),
@@ -206,23 +206,22 @@ def test_refused_with_what_where_and_what_is_allowed(text, found, column):
     message = str(refused.value)
     assert found in message
     if column is not None:
-        assert f"at column {column}" in message
-        assert "allowed are numbers" in message
-    assert len(message) < 700
+        assert re.search(rf"at column {column}\. (Use|Did you mean|Give|Functions) ", message)
+    assert len(message) <= 160
 
 
 @pytest.mark.parametrize(
     ("text", "hint"),
     [
-        ("alhpa", "did you mean alpha?"),
-        ("D3", "did you mean D1?"),
-        ("Sin(x)", "did you mean sin?"),
-        ("sqr(x)", "did you mean sqrt?"),
-        ("K", "did you mean k?"),
-        ("x^2^3", "with ^ it needs parentheses"),
-        ("2x", "a product needs *"),
-        ("k(x)", "write k*(...)"),
-        ("zeta", "a parameter needs a value, such as zeta=1.0"),
+        ("alhpa", "Did you mean alpha?"),
+        ("D3", "Did you mean D1?"),
+        ("Sin(x)", "Did you mean sin?"),
+        ("sqr(x)", "Did you mean sqrt?"),
+        ("K", "Did you mean k?"),
+        ("x^2^3", "Use parentheses with ^"),
+        ("2x", "Use * for a product"),
+        ("k(x)", "Use k*(...)"),
+        ("zeta", "Give a parameter its value, zeta=1.0"),
     ],
 )
 def test_hints(text, hint):
@@ -230,7 +229,7 @@ def test_hints(text, hint):
         parse(text, ("x", "alpha", "D1"), ("k",))
     assert hint in str(refused.value)
     if "unknown" in str(refused.value):
-        assert "known are x, alpha, D1, k, pi" in str(refused.value)
+        assert "Known names: x, alpha, D1, k, pi." in str(refused.value)
 
 
 @pytest.mark.parametrize("wrong", [None, 3, b"x", ["x"], 1.5])

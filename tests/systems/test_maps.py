@@ -435,7 +435,7 @@ def test_what_frequency_maps_of_maps_cannot_be_asked_for():
         ({"time": 1000, "window": 600}, "at most half"),
         ({"time": 1000, "window": 10}, "window"),
         ({"time": 1000.5}, "whole number"),
-        ({"time": 1000, "signals": fa.models.angles.AlphaBeta()}, "signals is for systems in time"),
+        ({"time": 1000, "signals": fa.models.angles.AlphaBeta()}, "signals is not supported for maps"),
     ):
         with pytest.raises(ValueError, match=said):
             fa.frequency_map(StandardMap(), [0.1, 0.2], **more)
@@ -523,9 +523,9 @@ def test_what_periodic_orbits_of_maps_cannot_be_asked_for():
     dissipative = fa.iterated_map("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3)
     with pytest.raises(ValueError, match="not symplectic"):
         fa.periodic_orbits(dissipative, [0.6, 0.2])
-    with pytest.raises(ValueError, match="section is for systems in time"):
+    with pytest.raises(ValueError, match="section is not supported for maps"):
         fa.periodic_orbits(StandardMap(), [0.1, 0.2], section="x=0")
-    with pytest.raises(ValueError, match="energy is for systems in time"):
+    with pytest.raises(ValueError, match="energy is not supported for maps"):
         fa.periodic_orbits(StandardMap(), [0.1, 0.2], energy=1.0)
     with pytest.raises(ValueError, match="parameter must be a number for a map"):
         fa.continuation(StandardMap(), [0.1, 0.2])
@@ -579,15 +579,15 @@ def test_what_is_no_map_is_refused(text, more, said):
     [
         (lambda m: fa.integrate(m, [0.0, 1.0], time=2.5), "whole number of iterates"),
         (lambda m: fa.integrate(m, [0.0, 1.0], time=10, samples=3), "samples must divide"),
-        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, step=0.1), "step is for systems in time"),
-        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, scheme="dop853"), "scheme is for systems in time"),
-        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, accuracy=1e-8), "accuracy is for systems in time"),
+        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, step=0.1), "step is not supported for maps"),
+        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, scheme="dop853"), "scheme is not supported for maps"),
+        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, accuracy=1e-8), "accuracy is not supported for maps"),
         (lambda m: fa.integrate(m, [0.0, 1.0, 2.0], time=10), "shape"),
-        (lambda m: fa.poincare_map(m, [0.0, 1.0], crossings=5, section="x=0"), "section is for systems in time"),
-        (lambda m: fa.poincare_map(m, [0.0, 1.0], crossings=5, max_time=9.0), "max_time is for systems in time"),
+        (lambda m: fa.poincare_map(m, [0.0, 1.0], crossings=5, section="x=0"), "section is not supported for maps"),
+        (lambda m: fa.poincare_map(m, [0.0, 1.0], crossings=5, max_time=9.0), "max_time is not supported for maps"),
         (lambda m: fa.chaos_map(m, [0.0, 1.0], time=10, indicators=fa.OFLI()), "OFLI needs a flow"),
-        (lambda m: fa.action_angles(m, [0.0, 1.0]), "what runs here is"),
-        (lambda m: fa.energy_grid(m, section="x=0", energy=1.0, axes=([0.0], [0.0])), "what runs here is"),
+        (lambda m: fa.action_angles(m, [0.0, 1.0]), "got a map"),
+        (lambda m: fa.energy_grid(m, section="x=0", energy=1.0, axes=([0.0], [0.0])), "got a map"),
     ],
 )
 def test_what_needs_a_system_in_time_is_refused(call, said):
@@ -621,10 +621,10 @@ def test_grids_and_samples_of_maps_have_no_energy():
     inside = fa.energy_grid(OneTurnMap(aperture=1.0), axes={"x": [0.0, 0.9, 2.0], "y": [0.0, 0.9]})
     assert inside.inaccessible.sum() == 3
     for more, said in (
-        ({"energy": 1.0}, "energy is for systems in time"),
-        ({"section": "x_1=0"}, "section is for systems in time"),
-        ({"solve": "p_2"}, "solve is for systems in time"),
-        ({"at_rest": True}, "at_rest is for systems in time"),
+        ({"energy": 1.0}, "energy is not supported for maps"),
+        ({"section": "x_1=0"}, "section is not supported for maps"),
+        ({"solve": "p_2"}, "solve is not supported for maps"),
+        ({"at_rest": True}, "at_rest is not supported for maps"),
         ({"axes": {"x": [0.0]}}, "axes must be one of"),
     ):
         with pytest.raises((ValueError, TypeError), match=said):
@@ -662,8 +662,8 @@ def test_jobs_of_maps_keep_what_the_functions_give(tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--model", "standard-map", "--energy", "1"], "--energy is for systems in time"),
-        (["--model", "standard-map", "--step", "0.1"], "--step is for systems in time"),
+        (["--model", "standard-map", "--energy", "1"], "--energy is not supported for maps"),
+        (["--model", "standard-map", "--step", "0.1"], "--step is not supported for maps"),
         (["--model", "standard-map", "--parameter", "Q=1"], "--parameter Q is none of standard-map"),
         (["--model", "standard-map", "--axes", "y=0:1:3"], "--axes must be one of x, p"),
         (["--map", "x1 = x", "--axes", "x=0:1:3"], "must give the images"),

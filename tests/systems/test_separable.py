@@ -362,7 +362,7 @@ def test_margin_is_negative_where_the_potential_ends(V):
     with np.errstate(all="ignore"):  # inf - inf
         assert V.potential.margin(0.5, 1.1) < 0
         assert V.potential.margin(np.array([1.1, 0.5]), np.array([0.5, 1.1])).tolist() == [0.5, -0.5]
-    with pytest.raises(ValueError, match="where the potential lives"):
+    with pytest.raises(ValueError, match="in the domain of the potential"):
         integrate(V, np.array([0.5, 0, 1.0, 0, 0, 0, 0, 0]), time=1.0, step=0.1)
 
 
@@ -683,7 +683,7 @@ def test_stackel_body_needs_inertia(mu):
         (np.full(8, np.nan), ValueError, "z must be finite"),
         ("state", TypeError, "z must be an array of real numbers"),
         (1j * np.ones(8), TypeError, "z must be an array of real numbers"),
-        (np.array([0.5, 0, 1.0, 0, 0, 0, 0, 0]), ValueError, "z must lie where the potential lives"),
+        (np.array([0.5, 0, 1.0, 0, 0, 0, 0, 0]), ValueError, "z must lie in the domain of the potential"),
     ],
 )
 def test_bad_states(z, error, words):

@@ -250,7 +250,7 @@ def test_fixed_points_short_times_and_words():
     assert gone.classification is Classification.IRREGULAR
     with pytest.raises(ValueError, match=r"time of a map must be a whole number of iterates, got 100\.5"):
         fa.fit_torus(StandardMap(0.5), [0.2, 2.1], time=100.5)
-    with pytest.raises(ValueError, match="step is for systems in time"):
+    with pytest.raises(ValueError, match="step is not supported for maps"):
         fa.fit_torus(StandardMap(0.5), [0.2, 2.1], time=1000, step=0.1)
 
 

@@ -68,21 +68,31 @@ def equal(name: str, value: float) -> str:
 
 def in_words(section: Any, system: System) -> str:
     """Name a section in a caption."""
-    turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
     name = type(section).__name__
     if name in ("Hyperplane", "AngleEquals"):
         row = next(k for k, entry in enumerate(section.normal) if entry)
-        return f"{equal(system.row_names[row], section.offset)}, {turn}"
+        q = system.row_names[row]
+        plain = system.separable and system.quadratic and not system.frame and row < system.n
+        rate = symbol(system.row_names[row + system.n]) if plain else rf"\dot{{{symbol(q)}}}"
+        return f"{equal(q, section.offset)}, {crossed(rate, section.direction)}"
     if name == "Stroboscopic":
-        return f"{equal(system.names[-1], section.phase)}, once a period"
-    return f"${section.label} = {number(getattr(section, 'constant', 0))}$, {turn}"
+        return f"{equal(system.names[-1], section.phase)}, once per period"
+    crossing = crossed(rf"\dot{{{section.label}}}", section.direction)
+    return f"${section.label} = {number(getattr(section, 'constant', 0))}$, {crossing}"
+
+
+def crossed(rate: str, direction: int) -> str:
+    """Name the direction of crossings by the sign of a rate."""
+    return (
+        "crossed in both directions" if direction == 0 else f"crossed with ${rate} {'>' if direction > 0 else '<'} 0$"
+    )
 
 
 def units(model: Any) -> str:
-    """Name in a caption the parameters that are 1."""
+    """Name in a caption the parameters that are 1; empty where there are none."""
     inner = getattr(model, "potential", model)
     if inner is model or not inner._fields or hasattr(inner, "formula") or inner[0] != 1 or model.mu != 1:
-        return "units: those of the parameters"
+        return ""
     return rf"units: ${symbol(inner._fields[0])} = \mu = 1$"
 
 
@@ -130,7 +140,7 @@ def outcomes(status: np.ndarray) -> str:
     found = summary(status)
     total = f"{np.size(status)} orbits"
     others = [f"{count} {words(outcome)}" for outcome, count in found.items() if outcome != Status.OK]
-    return total + (f", of these {', '.join(others)}" if others else "")
+    return total + (f", {', '.join(others)}" if others else "")
 
 
 def figure_of(panels: int = 1) -> tuple[Any, Any]:
@@ -163,14 +173,15 @@ def title(figure: Any, text: str) -> None:
 
 
 def caption(figure: Any, text: str) -> None:
-    """Write a caption below the figure, in lines that fit."""
-    width = 15 * figure.get_figwidth()
-    lines = [""]
-    for part in text.split("; "):
-        if lines[-1] and visible(lines[-1]) + visible(part) > width:
-            lines.append("")
-        lines[-1] += ("; " if lines[-1] else "") + part
-    figure.supxlabel("\n".join(short for line in lines for short in wrapped(line, width)), fontsize=7.5, color="0.3")
+    """Write a caption below the figure, the first of its parts that fit in one line."""
+    width = 17 * figure.get_figwidth()
+    line = ""
+    for part in filter(None, text.split("; ")):
+        longer = f"{line}; {part}" if line else part
+        if line and visible(longer) > width:
+            break
+        line = longer
+    figure.supxlabel(line, fontsize=7.5, color="0.3")
 
 
 PLACES = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.names import did_you_mean
+from ...core.numbers import listed, shown
 from ...core.status import Status
 from ...jobs.analyses import INDICATORS, ChaosOptions, FrequencyOptions
 from ...jobs.job import Job, JobPlan
@@ -68,7 +70,7 @@ def colours(look: FigureOptions, found: Mapping[str, Any], default: str | None =
     """Return the colours of orbits, by --colour or of a default analysis, from results by analysis; a `Colouring` among
     the results is taken as it is. None without either.
     """
-    from ...plot.scales import Colouring, colouring, limited
+    from ...plot.scales import Colouring, UnknownColumn, colouring, limited
 
     ends: dict[str, Any] = {"vmin": look.vmin, "vmax": look.vmax}
     if look.colour is None:
@@ -87,12 +89,10 @@ def colours(look: FigureOptions, found: Mapping[str, Any], default: str | None =
             continue
         try:
             return colouring(result, plain(look.colour), **ends)
-        except ValueError as problem:
-            text = str(problem)
-            if not text.startswith("the column"):
-                raise
-            known += text.removeprefix("the column must be one of ").rpartition(", got")[0].split(", ")
-    raise OptionError(f"--colour must be one of {', '.join(dict.fromkeys(known))}, got {look.colour!r}")
+        except UnknownColumn as problem:
+            known += problem.names
+    hint = did_you_mean(look.colour, known)
+    raise OptionError(f"--colour must be one of {listed(dict.fromkeys(known))}, got {shown(look.colour)}.{hint}")
 
 
 def section_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
@@ -133,8 +133,8 @@ def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any
     if not result.regular.any():
         said += "; none has regular frequencies"
     elif drawn.missing:
-        said += f"; {drawn.missing} without regular frequencies, not drawn among these"
-    finish(figure, scene.plan, scene.job.energy_surface, said + ("; grey: without a value" if _grey(values) else ""))
+        said += f"; {drawn.missing} without regular frequencies not drawn"
+    finish(figure, scene.plan, scene.job.energy_surface, said + ("; grey: no value" if _grey(values) else ""))
     return figure
 
 
@@ -196,11 +196,11 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     asked_of = scene.job.chaos_map
     returns = None if asked_of is None else asked_of.in_returns()
     said = (
-        f"time {result.time:.4g}"
-        + (f" ({returns:g} median returns)" if returns else "")
-        + f"; {result.shares.said()}; {scene.outcomes(result)}"
+        result.shares.open()
+        + ("; white: inaccessible" + (" or not computed yet" if scene.waiting else ""))
         + ("; grey: no value" if missing else "")
-        + ("; white: beyond the energy" + (" or not computed yet" if scene.waiting else ""))
+        + f"; {scene.outcomes(result)}; time {result.time:.4g}"
+        + (f" ({returns:g} median returns)" if returns else "")
     )
     finish(figure, scene.plan, scene.job.energy_surface, said)
     return figure

@@ -18,6 +18,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...core.interruption import Interrupted
+from ...core.numbers import reason
 from ...jobs import chunks, running
 from ...jobs.analyses import RunOptions
 from ...jobs.job import OPTIONS, Job, JobPlan, as_key
@@ -254,7 +255,7 @@ def _failing(path: Path) -> Iterator[None]:
         raise
     except Exception as problem:
         again = running.resume_command(path)
-        raise OptionError(f"a worker failed: {type(problem).__name__}: {problem}; go on with: {again}") from None
+        raise OptionError(f"a worker failed: {reason(problem)}; go on with: {again}") from None
 
 
 @contextlib.contextmanager

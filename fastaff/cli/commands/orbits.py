@@ -168,7 +168,7 @@ def chaos_map(
         return work.save(result, start, interrupted, **shares, **extra)
 
     result = work.compute("chaos_map", lambda partial: kept(partial, lambda: save(partial)))
-    say(f"{result.shares.said()}; {finished(result, clock.perf_counter() - start)}")
+    say(finished(result, clock.perf_counter() - start))
     extra = {}
     if work.job.frequency_map is not None:
         extra = work.colour("frequency_map", lambda more: kept(result, lambda: save(result, **more)))

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ... import files
+from ...core.numbers import listed
 from ...jobs.job import Job
 from ...jobs.results import JobResults
 from ...jobs.store import WAITING, Store, is_store
@@ -55,7 +56,7 @@ def plot(
     else:
         target = out
     if target.suffix.lower() not in FORMATS:
-        raise OptionError(f"--out must end with {', '.join(FORMATS)}, got {target}")
+        raise OptionError(f"--out must end with {listed(FORMATS)}, got {target}")
     if not target.parent.is_dir():
         raise OptionError(f"--out {target}: the folder {target.parent} does not exist")
     with in_keys(str(data)):

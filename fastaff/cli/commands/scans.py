@@ -85,8 +85,7 @@ def _at_the_end(axes: list[Scanned], job: Job) -> Job:
     """Return the job of random orbits at the last value of the energy, where that is scanned."""
     if job.initial_conditions.grid is not None or job.initial_conditions.file is not None:
         raise OptionError(
-            "--scan takes random starts (--orbits), not --grid or --file: the share of random points is that of the "
-            "section's area"
+            "--scan requires --orbits, got --grid or --file. Random points measure the share of the section's area."
         )
     surface = job.energy_surface
     for axis in axes:
@@ -134,21 +133,20 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
         )
         where = ", ".join([*filter(None, [where]), *rest])
     title(figure, ", ".join(filter(None, [titled(body, without=names), where])))
-    shown = "bars: 95 % of statistics; pale band: undecided orbits" if len(axes) == 1 else "largest 95 % half width "
+    shown = "bars: 95 % interval; pale band: undecided orbits" if len(axes) == 1 else "largest 95 % half width "
     if len(axes) == 2:
         low, high = result.interval()
         widest = np.max(high - low, where=np.isfinite(high), initial=0.0)
         shown += f"{widest / 2:.3f}" if np.isfinite(high).any() else "unknown"
-        shown += f"; {result.shares.said()}"
-    without = ["the energy reaches nothing"] if (result.orbits == 0).any() else []
+    without = ["inaccessible"] if (result.orbits == 0).any() else []
     if len(axes) == 2 and (np.isnan(result.fraction) & (result.orbits > 0)).any():
         without.append("no orbit is decided")
     empty = f"; {'grey' if len(axes) == 1 else 'hatched'}: {' or '.join(without)}" if without else ""
-    said = (
-        f"{int(result.orbits.max())} random orbits a case, uniform in area; indicators "
-        f"{', '.join(result.indicators)}; {shown}{empty}"
-    )
     failed = int(result.failed.sum())
-    said += f"; {failed} orbits failed, left out" if failed else ""
+    said = (
+        f"{result.shares.open()}; {shown}{empty}"
+        + (f"; {failed} orbits failed" if failed else "")
+        + f"; {int(result.orbits.max())} random orbits per case; indicators {', '.join(result.indicators)}"
+    )
     caption(figure, f"section {in_words(section, system)}; {said}; {units(body)}")
     return figure

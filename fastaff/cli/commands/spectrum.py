@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.interruption import partial_result_on_interrupt
 from ...core.names import named
-from ...core.numbers import whole
+from ...core.numbers import shown, whole
 from ...jobs.system import Model
 from ...jobs.wording import OptionError
 from ...quantum.states.level_table import VIBRATION
@@ -165,7 +165,9 @@ def _classes(m: str | None, l: str | None, double_cover: bool) -> list[tuple[int
         return [(spins[0], vorticities[0])]
     found = [(one, other) for one in spins for other in vorticities if double_cover or (one + other) % 2 == 0]
     if not found:
-        raise OptionError(f"--m {m} and --l {l} have no class with m + l even; --double-cover takes the others")
+        raise OptionError(
+            f"m + l must be even, got --m {m} --l {l}. Use --double-cover for functions on the double cover."
+        )
     return found
 
 
@@ -177,7 +179,7 @@ def _numbers(option: str, text: str) -> list[int]:
             raise ValueError
     except ValueError:
         raise OptionError(
-            f"{option} must be a whole number, or LOW:HIGH with LOW <= HIGH, for example -3:3, got {text!r}"
+            f"{option} must be a whole number, or LOW:HIGH with LOW <= HIGH, for example -3:3, got {shown(text)}"
         ) from None
     return list(range(ends[0], ends[1] + 1))
 
@@ -192,7 +194,7 @@ def _states(text: str | None, levels: int) -> list[int]:
     except ValueError:
         raise OptionError(
             f"--states must be one to {PANELS} numbers from 0 to {levels - 1} with commas, for example 0,3, got "
-            f"{text!r}"
+            f"{shown(text)}"
         ) from None
     return numbers
 

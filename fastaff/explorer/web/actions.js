@@ -85,7 +85,7 @@ export function makeActions(app) {
     app.fills = [...(app.fills ?? []), entry].slice(-40);
     forget(remember(orbits, { launched: entry.numbers, fill: entry }));
     app.send({ type: "fill", columns: cells, rows: cells, view: [...section.frame.view], crossings: app.state.crossings, first: entry.first });
-    notice(cells + " × " + cells + " starts over the view" + (app.state.energy === null ? "." : ", where the energy reaches."));
+    notice(cells + " × " + cells + " orbits over the view" + (app.state.energy === null ? "." : ", where accessible."));
   }
 
   function forget(gone) {
@@ -122,7 +122,7 @@ export function makeActions(app) {
     const removed = takeAll([...orbits.shown.keys()]);
     if (removed.length) forget(remember(orbits, { removed }));
     orbits.nextMark = 1;
-    notice(removed.length ? "Cleared; U brings the orbits back." : "");
+    notice(removed.length ? "Orbits removed. U restores them." : "");
   }
 
   // After a surface that was refused the controls are those of the orbits again.
@@ -132,7 +132,7 @@ export function makeActions(app) {
     rangeEnergy(app.panel, app.state, section.surface);
     for (const what of ["energy", "section"]) showWrong(app.panel, what, null);
     remembered();
-    notice("As it was before.");
+    notice("Previous state restored.");
   }
 
   function undo() {
@@ -146,7 +146,7 @@ export function makeActions(app) {
       orbits.nextMark = Math.max(0, ...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
       if (!action.before) return notice("The launch is undone.");
       useState(action.before);
-      return notice("As it was before.");
+      return notice("Previous state restored.");
     }
     for (const orbit of action.removed) {
       showOrbit(orbits, orbit);
@@ -158,7 +158,7 @@ export function makeActions(app) {
     section.revision++;
     choose(action.removed.at(-1)?.number ?? null, true);
     everything();
-    return notice("Brought back.");
+    return notice("Restored.");
   }
 
   function dropRefused(number) {
@@ -294,8 +294,8 @@ export function makeActions(app) {
     if (!shown.every((orbit) => hasLeft(orbit, opens))) return;
     surface.advised = orbits.next;
     const lower = minimum === null ? escape - (energy - escape) : minimum + 0.75 * (escape - minimum);
-    if (opens) notice("All escape over E = " + shownNumber(escape, 5) + ": try E = " + shownNumber(lower, 2) + ".");
-    else notice(minimum === null ? "All escape: the potential has no minimum." : "All orbits escape.");
+    if (opens) notice("All orbits escape above E = " + shownNumber(escape, 5) + ". Try E = " + shownNumber(lower, 2) + ".");
+    else notice(minimum === null ? "All orbits escape: the potential has no minimum." : "All orbits escape.");
   }
 
   // What an answer without a surface leaves: the orbits of the surface before, named, if the backend still has them.
@@ -484,17 +484,17 @@ export function makeActions(app) {
     const differs = backgroundDiffers(app.background, app.state);
     button.setAttribute("aria-pressed", String(section.wantsBackground && !differs));
     button.disabled = Boolean(differs);
-    if (differs && section.wantsBackground && !part("notice").classList.contains("is-wrong")) notice("The map under the section is that of " + differs + ": it is not shown.");
+    if (differs && section.wantsBackground && !part("notice").classList.contains("is-wrong")) notice("The background map belongs to " + differs + "; it is not shown.");
   }
 
   function showFoot() {
     const { state, speed, step: length } = app;
     const isMap = systemOf(setup, state).kind === "map", version = "fastaff " + setup.version;
     const said = isMap
-      ? ["Regular orbits are those of fastaff in Python to 1e-9, chaotic ones until rounding errors have grown.", version,
-          ...(state.phase === null || state.phase === undefined ? [] : ["an iterate is a period of the drive, " + schemeTitle(state.scheme) + ", accuracy " + state.accuracy])]
+      ? ["Regular orbits agree with fastaff in Python to 1e-9, chaotic orbits until round-off has grown.", version,
+          ...(state.phase === null || state.phase === undefined ? [] : ["one iterate per drive period, " + schemeTitle(state.scheme) + ", accuracy " + state.accuracy])]
       : [
-          "First crossings are those of fastaff in Python to 1e-9; late ones of chaotic orbits may differ with the browser's sin, exp and log.",
+          "First crossings agree with fastaff in Python to 1e-9. Late crossings of chaotic orbits depend on the browser.",
           version,
           schemeTitle(state.scheme) + ", accuracy " + state.accuracy + (length ? ", step " + shownNumber(length, 3) : ""),
         ];

@@ -45,7 +45,7 @@ export function startExplorer(root, setup, backend, options = {}) {
   actions.showPlaying();
   listKeys(part("keys"));
   new ResizeObserver(() => askFrame(app, "section", "configuration", "body", "frequency", "table")).observe(root);
-  if (hash.wrong.length) actions.notice("The address has parts that are no numbers, names or formulas, left out: " + [...new Set(hash.wrong)].join(", ") + ".", true);
+  if (hash.wrong.length) actions.notice("Parts of the address are not valid and were ignored: " + [...new Set(hash.wrong)].join(", ") + ".", true);
   actions.useState(app.state);
   if (options.standalone) {
     addEventListener("hashchange", () => {
@@ -54,7 +54,7 @@ export function startExplorer(root, setup, backend, options = {}) {
       const read = readHash(setup, location.hash);
       app.state = read.state;
       actions.useState(app.state);
-      if (read.wrong.length) actions.notice("The address has parts that are no numbers, names or formulas, left out: " + [...new Set(read.wrong)].join(", ") + ".", true);
+      if (read.wrong.length) actions.notice("Parts of the address are not valid and were ignored: " + [...new Set(read.wrong)].join(", ") + ".", true);
     });
   }
   app.lastHash = options.standalone ? location.hash : null;

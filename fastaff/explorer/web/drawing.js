@@ -104,7 +104,7 @@ function readoutAt(app, [x, y]) {
   const [u0, u1, v0, v1] = frame.view;
   const digits = Math.max(4, Math.ceil(-Math.log10((u1 - u0) / Math.max(Math.abs(u0), Math.abs(u1)))) + 3);
   const said = [surface.labels[0] + " = " + shownNumber(u, digits) + ", " + surface.labels[1] + " = " + shownNumber(v, digits)];
-  if (!isAllowed(surface, u, v)) said.push(surface.periods ? "beyond the map" : "beyond the energy");
+  if (!isAllowed(surface, u, v)) said.push(surface.periods ? "outside the map" : "inaccessible");
   if (background && section.wantsBackground && !backgroundDiffers(background, state)) {
     const value = backgroundValue(background, u, v, surface.periods);
     if (!Number.isNaN(value)) said.push(background.label + " " + shownNumber(value, 4) + " (map)");

@@ -19,13 +19,13 @@ function formulaError(message) { return Object.assign(new Error(message), { what
 /** Whether a name can be a parameter's or a coordinate's; throws the sentence that says why not. */
 export function checkedName(name, what, taken) {
   if (!/^[A-Za-z][A-Za-z0-9_]{0,39}$/.test(name) || PYTHON_WORDS.has(name)) {
-    throw formulaError(`${what} must be an identifier of at most 40 ASCII letters, digits and _, starting with a letter; got '${name}'`);
+    throw formulaError(`${what} must be an identifier of at most 40 ASCII letters, digits and _, starting with a letter, got '${name}'`);
   }
   if (GRAMMAR_FUNCTIONS.includes(name) || GRAMMAR_CONSTANTS.has(name) || ADVICE.has(name)) {
-    throw formulaError(`${what} '${name}' is the name of a function or constant of the grammar: choose another`);
+    throw formulaError(`${what} '${name}' is the name of a function or constant of the grammar. Use another name.`);
   }
   if (taken.has(name)) {
-    throw formulaError(`${what} '${name}' is taken: it names a variable or a part of the model; choose another`);
+    throw formulaError(`${what} '${name}' is taken by a variable or a part of the model. Use another name.`);
   }
   return name;
 }
@@ -50,7 +50,7 @@ class FormulaReader {
   }
 
   refuse(found, column, hint = "") {
-    return formulaError(`${this.argument}: ${found} at column ${column}${hint ? ` (${hint})` : ""}; ${GRAMMAR.allowed}`);
+    return formulaError(`${this.argument}: ${found} at column ${column}. ${hint || GRAMMAR.allowed}`);
   }
 
   program() {
@@ -67,13 +67,13 @@ class FormulaReader {
   checkLetters() {
     const letters = [...this.text];
     if (letters.length > GRAMMAR.limits.length) throw formulaError(`${this.argument} must have at most ${GRAMMAR.limits.length} characters, got ${letters.length}`);
-    if (!this.text.trim()) throw formulaError(`${this.argument} must be a formula, got an empty text; ${GRAMMAR.allowed}`);
+    if (!this.text.trim()) throw formulaError(`${this.argument} must be a formula, got an empty text. ${GRAMMAR.allowed}`);
     let depth = 0;
     letters.forEach((letter, index) => {
       const column = index + 1;
       if (!ALPHABET.has(letter)) {
         const found = SIGNS.get(letter) ?? `the character '${letter}'`;
-        throw this.refuse(found, column, SPELLINGS.has(letter) ? `write ${SPELLINGS.get(letter)}` : "");
+        throw this.refuse(found, column, SPELLINGS.has(letter) ? `Use ${SPELLINGS.get(letter)}.` : "");
       }
       depth += (letter === "(") - (letter === ")");
       if (depth < 0) throw this.refuse("a closing parenthesis without an opening one", column);
@@ -103,7 +103,7 @@ class FormulaReader {
   checkLiteral(number, column) {
     const next = this.text[column - 1 + number.length] ?? "";
     if (/[jJ]/.test(next) && !/\w/.test(this.text[column + number.length] ?? "")) throw this.refuse("an imaginary number", column);
-    if (/\w/.test(next)) throw this.refuse("not one expression, invalid decimal literal", column, "a product needs *");
+    if (/\w/.test(next)) throw this.refuse("not one expression, invalid decimal literal", column, "Use * for a product.");
     if (/^0[0-9_]*[1-9]/.test(number) && /^[0-9_]+$/.test(number)) {
       throw this.refuse("not one expression, leading zeros in decimal integer literals are not permitted", column);
     }
@@ -118,7 +118,7 @@ class FormulaReader {
     if (token.kind === "name" && WORDS_FOUND.has(token.text)) return this.refuse(WORDS_FOUND.get(token.text), token.column);
     if (token.kind === ",") return this.refuse("a comma", token.column);
     if (token.kind === ".") return this.refuse("attribute access", token.column);
-    const product = token.kind === "name" || token.kind === "number" ? "a product needs *" : "";
+    const product = token.kind === "name" || token.kind === "number" ? "Use * for a product." : "";
     return this.refuse("not one expression, invalid syntax", token.column, product);
   }
 
@@ -153,7 +153,7 @@ class FormulaReader {
     let tower = exponent;
     while (tower.type === "sign" && !tower.inParentheses) tower = tower.operand;
     if (tower.kind === "**" && !tower.inParentheses && this.text.includes("^")) {
-      throw this.refuse("a power of a power", sign.column, "with ^ it needs parentheses: x^(y^z)");
+      throw this.refuse("a power of a power", sign.column, "Use parentheses with ^: x^(y^z).");
     }
     return { type: "binary", kind: "**", left: base, right: exponent, column: base.column, between: sign.column };
   }
@@ -222,12 +222,12 @@ class FormulaReader {
 
   calledName({ called, args, column }) {
     if (called.type !== "name") {
-      throw this.refuse(`a call of ${called.type === "call" ? "something that is no function" : "something that is no function"}`, column, "a product needs *");
+      throw this.refuse(`a call of ${called.type === "call" ? "something that is no function" : "something that is no function"}`, column, "Use * for a product.");
     }
     const { name } = called;
-    if (this.isKnown(name)) throw this.refuse(`a call of ${name}`, column, `${name} is a number: write ${name}*(...)`);
+    if (this.isKnown(name)) throw this.refuse(`a call of ${name}`, column, `Use ${name}*(...) for a product.`);
     if (!GRAMMAR_FUNCTIONS.includes(name)) throw this.refuse(`a call of '${name}'`, column, ADVICE.get(name) ?? similar(name, GRAMMAR_FUNCTIONS));
-    if (args.length !== 1) throw this.refuse(`${name} with ${args.length} arguments`, column, "functions take one");
+    if (args.length !== 1) throw this.refuse(`${name} with ${args.length} arguments`, column, "Functions have one argument.");
     return name;
   }
 
@@ -235,19 +235,19 @@ class FormulaReader {
     const value = Number(text.replaceAll("_", ""));
     const zero = value === 0 && /[1-9]/.test(text.toLowerCase().split("e")[0]);
     if (!Number.isFinite(value) || zero) {
-      throw this.refuse(`the number ${text.slice(0, 30)}`, column, "numbers must be within the range of floats");
+      throw this.refuse(`the number ${text.slice(0, 30)}`, column, "Use numbers within the range of floats.");
     }
     return value;
   }
 
   name({ name, column }) {
     if (["True", "False", "None"].includes(name)) throw this.refuse(name, column);
-    if (GRAMMAR_FUNCTIONS.includes(name)) throw this.refuse(`${name} without an argument`, column, `write ${name}(...)`);
+    if (GRAMMAR_FUNCTIONS.includes(name)) throw this.refuse(`${name} without an argument`, column, `Use ${name}(...).`);
     if (this.isKnown(name)) return name;
     if (this.parameters === null) return name;
     const known = [...this.variables, ...this.parameters, ...GRAMMAR_CONSTANTS.keys()];
-    const hint = similar(name, [...known, ...GRAMMAR_FUNCTIONS]) || `a parameter needs a value, such as ${name}=1.0`;
-    throw formulaError(`${this.argument}: unknown name '${name}' at column ${column} (${hint}); known are ${known.join(", ")}; ${GRAMMAR.allowed}`);
+    const hint = similar(name, [...known, ...GRAMMAR_FUNCTIONS]) || `Give a parameter its value, ${name}=1.0.`;
+    throw formulaError(`${this.argument}: unknown name '${name}' at column ${column}. ${hint} Known names: ${known.slice(0, 8).join(", ")}${known.length > 8 ? ", ..." : ""}.`);
   }
 
   /** Refuse constants without a finite real value, and powers of a size that no formula has. */
@@ -278,18 +278,18 @@ class FormulaReader {
       return [both ? arithmetic(kind, left, right) : null, most];
     }
     if (right === null) {
-      if (left !== null && left <= 0) throw this.refuse("a power of a number that is not positive", column, "with an exponent that varies");
+      if (left !== null && left <= 0) throw this.refuse("a power of a number that is not positive", column, "Use a constant exponent.");
       return [null, most];
     }
     if (Math.abs(right) > GRAMMAR.limits.exponent) {
-      throw this.refuse(`the exponent ${general(right)}`, column, `numeric exponents are at most ${GRAMMAR.limits.exponent}`);
+      throw this.refuse(`the exponent ${general(right)}`, column, `Use numeric exponents up to ${GRAMMAR.limits.exponent}.`);
     }
     if (both) {
       const value = left**right;
       return [value === 0 && left !== 0 ? NaN : value, 1];
     }
     const power = leftPower*Math.max(1, Math.abs(right));
-    if (power > GRAMMAR.limits.exponent) throw this.refuse(`powers of powers up to ${general(power)}`, column, `together they are at most ${GRAMMAR.limits.exponent}`);
+    if (power > GRAMMAR.limits.exponent) throw this.refuse(`powers of powers up to ${general(power)}`, column, `Use products of exponents up to ${GRAMMAR.limits.exponent}.`);
     return [null, power];
   }
 }
@@ -306,7 +306,7 @@ function general(x) {
   return /e[+-]\d$/.test(text) ? text.replace(/e([+-])/, "e$10") : text;
 }
 
-/** A "did you mean" for a name, or nothing: the nearest of known names by Ratcliff and Obershelp's ratio. */
+/** A "Did you mean" for a name, or nothing: the nearest of known names by Ratcliff and Obershelp's ratio. */
 function similar(name, known) {
   let best = null, most = name.length < 3 ? 0.5 : 0.6;
   for (const other of known) {
@@ -314,7 +314,7 @@ function similar(name, known) {
     if (ratio > most || (ratio === most && (best === null || other > best))) { best = other; most = ratio; }
   }
   best ??= known.find((other) => other.toLowerCase() === name.toLowerCase()) ?? null;
-  return best === null ? "" : `did you mean ${best}?`;
+  return best === null ? "" : `Did you mean ${best}?`;
 }
 
 function matches(a, b) {

@@ -6,14 +6,14 @@ const KEYS = [
   [["+"], "zoom in", "zoom-in"],
   [["−"], "zoom out", "zoom-out"],
   [["0"], "the whole accessible region", "whole"],
-  [["Backspace"], "the view before", "back"],
+  [["Backspace"], "previous view", "back"],
   [["Z"], "draw a box to zoom into", "box"],
   [["G"], "launch a grid of orbits over the view", "fill"],
-  [["M"], "more crossings of the chosen orbit, or of all", "more"],
+  [["M"], "compute more crossings of the selected orbit, or of all", "more"],
   [["X"], "stop all orbits", "stop"],
   [["N", "P"], "choose the next, the orbit before", null],
-  [["H"], "hide or show the chosen orbit", "hide"],
-  [["Del"], "forget the chosen orbit", "forget"],
+  [["H"], "hide or show the selected orbit", "hide"],
+  [["Del"], "remove the selected orbit", "forget"],
   [["U"], "undo", "undo"],
   [["C"], "clear", "clear"],
   [["D"], "density of the points", "density"],
@@ -23,7 +23,7 @@ const KEYS = [
   [["J"], "save the job", "save-job"],
   [["T"], "light, dark or as the system", "theme"],
   [["?"], "this help", "help"],
-  [["Esc"], "let go of the orbit", "none"],
+  [["Esc"], "deselect the orbit", "none"],
 ];
 
 const NAMES = { "−": "-", Space: " ", Del: "delete", Esc: "escape" };

@@ -29,7 +29,7 @@ export function readMap({ formula, periodic = "" }) {
   const known = new Set(), taken = new Set(["self", "np"]), names = [], texts = [];
   for (const name of variables) { checkedName(name, "variable", new Set([...taken, ...known])); known.add(name); }
   for (const [left, right] of sides) {
-    if (known.has(left)) throw noMap(`formula: ${shownName(left)} = ... gives a value to what is a variable, or has a value already: the image of x is x1 or x'`);
+    if (known.has(left)) throw noMap(`formula: ${shownName(left)} = ... must give a value to a new name. Write the image of x as x1 or x'.`);
     if (!isImage(left)) checkedName(left, "name", new Set([...taken, ...known]));
     for (const name of parametersOf(right, [...known], new Set([...RESERVED_NAMES, ...taken]))) {
       if (lefts.includes(name)) throw noMap(`formula: ${shownName(name)} has no value yet where ${shownName(left)} takes it`);

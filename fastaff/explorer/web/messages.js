@@ -117,7 +117,7 @@ function takePointsMessage(app, message) {
   if (orbits.total > MOST && !app.full) {
     app.full = true;
     app.send({ type: "stop", orbit: null });
-    app.actions.notice("20 million points are as many as a page keeps: all orbits are stopped. Clear or forget some to go on.", true);
+    app.actions.notice("Limit of 20 million points reached: all orbits are stopped. Remove some orbits to continue.", true);
   }
 }
 

@@ -12,7 +12,7 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
     const system = systemOf(setup, app.state);
     const name = stem(system) + suffix;
     const text = jobText(app.state, system, starts(name));
-    if (text === null) return notice("No text of a job file describes this system: it is made in Python, or its equations are driven.", true);
+    if (text === null) return notice("A job file cannot describe this system: it was made in Python, or its equations are driven.", true);
     offerFile(name + ".toml", [text], "application/toml");
     return notice("Saved " + name + ".toml; run it with: fastaff run " + name + ".toml");
   }
@@ -27,20 +27,20 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
     "save-job"() {
       const isDriven = app.root.hasAttribute("data-driven"), whole = (z) => (isDriven ? [z[0], app.state.phase, z[1], 0] : z);
       const states = [...orbits.shown.values()].filter((orbit) => orbit.z0).map((orbit) => whole(orbit.z0));
-      if (!states.length) return notice("There are no orbits to save: launch some, or save a grid over the view.", true);
+      if (!states.length) return notice("There are no orbits to save. Launch some or save a grid over the view.", true);
       return saveJob("", (name) => {
         offerFile(name + ".npy", [npyOf(states)], "application/octet-stream");
         return fileOfStarts(name + ".npy");
       });
     },
-    "save-grid": () => app.root.hasAttribute("data-driven") || app.root.dataset.kind === "ode" ? notice("A driven system, or an ODE, has no grid of starts yet: fill the view and save the job with these orbits.", true) : saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
+    "save-grid": () => app.root.hasAttribute("data-driven") || app.root.dataset.kind === "ode" ? notice("Grids are not supported for driven systems and ODEs. Fill the view and save the job with these orbits.", true) : saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
     async "copy-address"() {
       const address = location.href.replace(/#.*$/, "") + "#" + addressOf();
       try {
         await navigator.clipboard.writeText(address);
-        notice("The address is copied.");
+        notice("Address copied.");
       } catch {
-        notice("The browser does not let the page copy; the address is in its bar.", true);
+        notice("The browser does not allow copying. Copy the address from its address bar.", true);
       }
     },
   };

@@ -35,10 +35,10 @@ export function makePanel(part, setup, act) {
 }
 
 const HINTS = {
-  body: "in D1, D2, alpha, beta, r, vartheta and letters of your own",
-  plane: "in the coordinates, momenta, t and letters of your own. Without momenta it is V, and H = p²/2 + V; with a period it is of one coordinate and t.",
-  map: "x1 or x' is the image of x; letters of your own. Angles, with their periods, are drawn around 0.",
-  ode: "x' = ... of three variables or more; or x' and p' with t and a period. Friction may be in them.",
+  body: "Use D1, D2, alpha, beta, r, vartheta and parameters.",
+  plane: "Use coordinates, momenta, t and parameters. Without momenta the text is V and H = p²/2 + V. With a drive period use one coordinate and t.",
+  map: "x1 or x' is the image of x. Other letters are parameters. Periodic coordinates are drawn around 0.",
+  ode: "Use x' = ... for three variables or more, or x' and p' with t and a drive period.",
 };
 
 const FORMULA_NAMES = { body: "Potential energy V", plane: "Energy H(q, p), or V(q)", map: "Map", ode: "Equations" };

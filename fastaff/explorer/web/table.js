@@ -58,7 +58,7 @@ function newRow() {
   return row;
 }
 
-const SAYS = { more: "More crossings of", hide: "Hide or show", forget: "Forget" };
+const SAYS = { more: "More crossings of", hide: "Hide or show", forget: "Remove" };
 
 const put = (element, text) => {
   if (element.textContent !== text) element.textContent = text;
@@ -82,7 +82,7 @@ function fillRow(row, orbit, isChosen, theme) {
   put(row.cells[8], (reading.status ?? "").toLowerCase().replaceAll("_", " ").replace("no more crossings", "ended"));
   const [more, hide, forget] = row.cells[9].querySelectorAll("button");
   put(hide, orbit.hidden ? "Show" : "Hide");
-  [[more, "More crossings of"], [hide, hide.textContent], [forget, "Forget"]].forEach(([button, text]) => {
+  [[more, "More crossings of"], [hide, hide.textContent], [forget, "Remove"]].forEach(([button, text]) => {
     button.setAttribute("aria-label", text + " orbit " + orbit.mark);
     button.title = text + " orbit " + orbit.mark;
   });

@@ -33,7 +33,7 @@ export function drawBody(view, { motion, orbit, theme, colours }) {
   const { frame } = view;
   const ctx = fittedContext(view.canvas, frame);
   const now = orbit && stateNow(motion);
-  if (!now) return sayInstead(ctx, frame, colours, orbit ? "The motion is being computed." : "Launch an orbit to see the body move.");
+  if (!now) return sayInstead(ctx, frame, colours, orbit ? "Computing the motion." : "Launch an orbit to see the body move.");
   const [x, y, z, u] = now;
   const scale = (0.46 * Math.min(frame.width, frame.height)) / reachOf(view, motion);
   const colour = colourOf(orbit, theme);

@@ -62,7 +62,7 @@ export class Explorer {
     const { width, height } = { width: 200, height: 160, ...message, ...(general && surface.cells < message.width ? { width: surface.cells, height: surface.cells } : {}) };
     const extent = surface.extent(), { minimum, escape } = this.landscapeOf(surface);
     if (!extent) {
-      const lowest = minimum === null ? "" : `: the minimum there is ${Number(minimum.toPrecision(8))}`;
+      const lowest = minimum === null ? "" : `; the minimum there is ${Number(minimum.toPrecision(8))}`;
       throw wrong("energy", `energy ${surface.energy} reaches no point of the section${lowest}`);
     }
     this.begin(surface, extent);
@@ -87,7 +87,7 @@ export class Explorer {
   /** Tell of a plane of a map; open: its domain has no edge in the rectangle, and goes on beside it. */
   showPlane(surface, { width = 200, height = 160 }) {
     const extent = surface.extent(), allowed = surface.mask(extent, width, height), open = allowed.every((is) => is);
-    if (!allowed.some((is) => is)) throw wrong("section", "no point of the plane is in the domain");
+    if (!allowed.some((is) => is)) throw wrong("section", "the plane must contain points of the domain");
     this.begin(surface, extent);
     const outline = open ? null : outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v));
     const { labels, axes, section, energy, constant, periods } = surface;

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
-from ...core.numbers import positive
+from ...core.numbers import positive, shown
 from ...results.display import screen
 from ...results.progress import says_progress
 from ...results.result import Drawable
@@ -138,8 +138,7 @@ def _of_vibration(state: VibrationState, width: ArrayLike | None) -> VibrationHu
     if lattice.around.any():
         angles = ", ".join(np.array(lattice.names)[lattice.around].tolist())
         raise ValueError(
-            f"state must be of coordinates without periods to have a Husimi function, got {angles} around: "
-            "state.density(q) is drawn instead"
+            f"state must have no periodic coordinates for a Husimi function, got {angles}. Use state.density(q)."
         )
     if width is None:
         _, q, p = state.moments()
@@ -147,7 +146,7 @@ def _of_vibration(state: VibrationState, width: ArrayLike | None) -> VibrationHu
     widths = checked("width", width, ())
     n = len(lattice.names)
     if widths.shape not in ((), (n,)) or not np.all((widths > 1e-100) & (widths < 1e100)):
-        raise ValueError(f"width must be one positive number or {n}, between 1e-100 and 1e100, got {width!r}")
+        raise ValueError(f"width must be one positive number or {n}, between 1e-100 and 1e100, got {shown(width)}")
     return VibrationHusimi(state, tuple(np.broadcast_to(widths, (n,)).tolist()))
 
 
@@ -210,13 +209,11 @@ def husimi(
         raise TypeError(f"state must be a State, of `wavefunction` or `LevelTable.state`, got {type(state).__name__}")
     m, l = state.symmetry
     if not state.symmetry.single_valued:
-        raise ValueError(
-            f"state must be single-valued, m + l even, to have a Husimi function on GL(2,R), got m = {m}, l = {l}"
-        )
+        raise ValueError(f"state must be single-valued (m + l even) to have a Husimi function, got m = {m}, l = {l}")
     tolerance = positive("tolerance", tolerance)
     hbar = positive("state.hbar", state.hbar)
     if not tolerance < 1:
-        raise ValueError(f"tolerance must be below 1, got {tolerance!r}")
+        raise ValueError(f"tolerance must be below 1, got {shown(tolerance)}")
     sides = plane_widths(math.sqrt(hbar / 2) if width is None else width)
     momenta = ((m - l) // 2, (m + l) // 2)
     count = 40
@@ -226,8 +223,8 @@ def husimi(
             return found
         if count >= LARGEST:
             raise ValueError(
-                f"state does not fit in {count} radial quanta of width = {sides}: {1 - found.norm:.2g} of its norm "
-                "is left out; another width, or a larger tolerance where a hard wall makes the wave function rough"
+                f"state must fit in {count} radial quanta of width = {sides}, {1 - found.norm:.2g} of its norm is "
+                "left out. Try another width or a larger tolerance."
             )
         count = min(2 * count, LARGEST)
 

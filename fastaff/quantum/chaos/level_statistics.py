@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
-from ...core.numbers import an_array
+from ...core.numbers import an_array, shown
 from .unfold import checked_levels
 
 POISSON_RATIO = 2 * math.log(2) - 1
@@ -54,9 +54,8 @@ def _simple(E: np.ndarray) -> np.ndarray:
     same = np.flatnonzero(spacings <= SAME * (E[-1] - E[0]) / spacings.size)
     if same.size:
         raise ValueError(
-            f"levels {same[0]} and {same[0] + 1} are degenerate ({same.size} such pairs): take one symmetry class (m, "
-            "l) at a time; a body "
-            "whose classes have multiplets, like the harmonic one, has no statistics of spacings"
+            f"levels must not be degenerate, got {same.size} equal pairs, first {same[0]} and {same[0] + 1}. Use one "
+            "symmetry class (m, l) at a time."
         )
     return spacings
 
@@ -186,7 +185,8 @@ def number_variance(unfolded: ArrayLike, lengths: ArrayLike) -> np.ndarray:
     spans = checked("lengths", lengths, ())
     if np.any(spans <= 0) or np.any(spans > (x[-1] - x[0]) / 5):
         raise ValueError(
-            f"lengths must be positive and below a fifth of the sequence, {(x[-1] - x[0]) / 5:.3g}, got {lengths!r}"
+            f"lengths must be positive and below {(x[-1] - x[0]) / 5:.3g}, a fifth of the sequence, got "
+            f"{shown(lengths)}"
         )
     out = np.empty(spans.shape)
     for place, span in np.ndenumerate(spans):

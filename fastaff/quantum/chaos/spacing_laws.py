@@ -28,7 +28,7 @@ class SpacingLaw(Protocol):
 def _share(name: str, value: Any) -> float:
     number = real(name, value)
     if not 0 <= number <= 1:
-        raise ValueError(f"{name} must lie in [0, 1], got {value!r}")
+        raise ValueError(f"{name} must lie in [0, 1], got {shown(value)}")
     return number
 
 

@@ -100,8 +100,8 @@ def unfold(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.n
     fall = np.flatnonzero((np.diff(x) <= 0) & (np.diff(E) > 0))
     if fall.size:
         raise ValueError(
-            f"smooth must grow; it falls from level {fall[0]}, {E[fall[0]]:.6g}, to the next: a lower degree, or "
-            "higher levels"
+            f"smooth must grow with the energy, got a fall after level {fall[0]}, {E[fall[0]]:.6g}. Try a lower "
+            "degree or higher levels."
         )
     return x
 

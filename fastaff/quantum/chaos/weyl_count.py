@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
 from ...core.docstrings import inserts_parameters
+from ...core.numbers import kind_of
 from ...results.progress import says_progress
 from ...runs.requirements import checked_system
 from ...systems.models import Body
@@ -185,7 +186,7 @@ def weyl_count(model: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 
     array([ 1.9167, 12.4167])
     """
     if not checked_system(model, needs="H = T(p) + V(q)").isotropic:
-        raise TypeError(f"model must be a Body with a doubly isotropic potential, got {type(model).__name__}")
+        raise TypeError(f"model must be a Body with a doubly isotropic potential, got {kind_of(model)}")
     if not hasattr(model.potential, "curvatures"):
         raise TypeError(f"model must have a potential with curvatures(A, B), {type(model.potential).__name__} has none")
     chosen = checked_class(m, l, False)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import fits, flag, real, whole
+from ...core.numbers import fits, flag, real, shown, whole
 from ...core.status import Status
 from ...results.calls import records_call
 from ...systems.charts import Chart
@@ -93,8 +93,8 @@ def exact_levels(
     numbers = n is not None or m is not None or l is not None
     if numbers + len(given) != 1:
         raise ValueError(
-            "give either n, m and l, or max_energy, or multiplets, got "
-            f"n = {n!r}, m = {m!r}, l = {l!r}, max_energy = {max_energy!r}, multiplets = {multiplets!r}"
+            f"give n, m and l, or max_energy, or multiplets, got n = {shown(n, 12)}, m = {shown(m, 12)}, l = "
+            f"{shown(l, 12)}, max_energy = {shown(max_energy, 12)}, multiplets = {shown(multiplets, 12)}"
         )
     if max_energy is not None:
         return _below(solved, real("max_energy", max_energy), flagged)

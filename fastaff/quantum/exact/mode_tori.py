@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.classification import Classification
 from ...core.interruption import partial_result_on_interrupt
-from ...core.numbers import numbers, real, shown
+from ...core.numbers import kind_of, numbers, real, shown
 from ...core.status import Status
 from ...frequencies.integer_lattice import determinant
 from ...results.progress import tell
@@ -46,7 +46,7 @@ def bodies_alone(model: Any, given: dict[str, tuple[Any, Any]]) -> None:
     """Refuse arguments that only bodies have, unless they have their defaults: (value, default) by name."""
     for name, (value, default) in given.items():
         if value is not default and not (isinstance(value, tuple) and value == default):
-            raise ValueError(f"{name} is for a Body alone, {type(model).__name__} takes none: got {name} = {value!r}")
+            raise ValueError(f"{name} is for a Body alone, {kind_of(model)} takes none: got {name} = {shown(value)}")
 
 
 LOOSE = 1e-3
@@ -140,7 +140,7 @@ def mode_levels(model: Any, n: Any, max_energy: Any, guess: Any, hbar: Any, way:
     """Return quasiclassical levels of a vibration, see `quasiclassical_levels`."""
     quantum = action_quantum(hbar)
     if guess is not None and (way != "normal" or max_energy is not None):
-        raise ValueError("guess must be given without modes and max_energy: a torus near a point has angles of its own")
+        raise ValueError("guess must be given without modes and max_energy: a torus near a point has its own angles")
     if (max_energy is None) == (n is None and guess is None):
         raise ValueError("give either n, quantum numbers of the modes, or guess, or max_energy")
     h = 2 * np.pi * quantum

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...core.docstrings import inserts_parameters
 from ...core.names import named
-from ...core.numbers import flag, positive, real, text, whole
+from ...core.numbers import flag, positive, real, shown, text, whole
 from ...results.calls import records_call
 from ...systems.charts import Chart
 from ...systems.models.contracts import Dynamics, SeparableModel
@@ -119,16 +119,17 @@ def quasiclassical_levels(
         bodies_alone(model, {"m": (m, None), "l": (l, None), "chart": (chart, None)} | tori_of_bodies)
         return mode_levels(model, n, max_energy, guess, hbar, way)
     if way != WAYS[0]:
-        raise ValueError(f"modes is for vibrations alone, got {modes!r}")
+        raise ValueError(f"modes is for vibrations alone, got {shown(modes)}")
     separate(model, chart)  # refuses a body without tori before its numbers are checked
     h = 2 * np.pi * positive("hbar", hbar)
     flagged = flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
-        raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {maslov!r}")
+        raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {shown(maslov)}")
     if (max_energy is None) == (n is None and m is None and l is None):
         raise ValueError(
-            f"give either n, m and l, or max_energy, got n = {n!r}, m = {m!r}, l = {l!r}, max_energy = {max_energy!r}"
+            f"give either n, m and l, or max_energy, got n = {shown(n, 16)}, m = {shown(m, 16)}, l = {shown(l, 16)}, "
+            f"max_energy = {shown(max_energy, 16)}"
         )
 
     def levels(n: np.ndarray, m: Any, l: Any) -> LevelTable:
@@ -136,7 +137,7 @@ def quasiclassical_levels(
         J = h * (quanta + np.array([indices[0] / 4, indices[1] / 4, 0, 0])[:, None])
         if not np.abs(J).max(initial=0.0) < LARGEST_ACTION:
             most = f"{LARGEST_ACTION / (2 * np.pi):.3g}"
-            raise ValueError(f"hbar times the quantum numbers must be below {most}, got hbar = {hbar!r}")
+            raise ValueError(f"hbar times the quantum numbers must be below {most}, got hbar = {shown(hbar)}")
         found = energy_of_actions(cast(SeparableModel, model), J, chart=chart, guess=guess)
         return LevelTable(
             E=found.energy,

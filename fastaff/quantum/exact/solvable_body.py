@@ -60,8 +60,7 @@ class SolvableBody(NamedTuple):
         for square, c in zip(squares, self.walls, strict=True):
             if np.any(square < 0):
                 raise ValueError(
-                    f"model has a wall c = {c} that attracts below any energy for some m, l: 2 mu c/hbar^2 < -(m -+ "
-                    "l)^2/4"
+                    f"model must have 2 mu c/hbar^2 >= -(m -+ l)^2/4 for each m, l, got a potential barrier c = {c}"
                 )
         return np.sqrt(squares[0]), np.sqrt(squares[1])
 
@@ -104,7 +103,7 @@ def solvable(model: Any, chart: Any = None, hbar: Any = 1.0) -> SolvableBody:
     name = type(model.potential).__name__
     if not separated.isotropic:
         raise ValueError(
-            f"model must be isotropic for m and l to be quantum numbers; {name} comes with angular potentials"
+            f"model must be isotropic for m and l to be quantum numbers, got {name} with angular potentials"
         )
     if isinstance(first, Oscillator) and isinstance(second, Oscillator):
         found = SolvableBody(separated.family, (first.k, second.k), (first.c, second.c), 0.0, separated.mu, quantum)
@@ -113,8 +112,8 @@ def solvable(model: Any, chart: Any = None, hbar: Any = 1.0) -> SolvableBody:
         found = SolvableBody(separated.family, (first.k, first.k), walls, first.c, separated.mu, quantum)
     else:
         raise ValueError(
-            f"model must have closed-form states in the {separated.family.chart} chart, as Harmonic and Anharmonic "
-            f"have in alpha-beta and r-vartheta; {name} is {type(first).__name__} and {type(second).__name__} there"
+            f"model must have closed-form states in the {separated.family.chart} chart, such as those of Harmonic and "
+            f"Anharmonic, got {name}"
         )
     for k in found.k:
         positive("k (C) of the body", k)

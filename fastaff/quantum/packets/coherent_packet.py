@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import whole
+from ...core.numbers import shown, whole
 from ...results.progress import says_progress
 from ...runs.interruptible import interruptible
 from ...runs.requirements import checked_system, phase_points
@@ -105,7 +105,7 @@ def coherent_packet(
     quantum = action_quantum(hbar)
     planes = [PlaneGaussian(z[2 * i : 2 * i + 2, 0], z[4 + 2 * i : 6 + 2 * i, 0], sides[i], quantum) for i in (0, 1)]
     if (m is None) != (l is None):
-        raise ValueError(f"m and l must be given both or neither, got m = {m!r}, l = {l!r}")
+        raise ValueError(f"m and l must be given both or neither, got m = {shown(m)}, l = {shown(l)}")
     if m is None:  # classes of a Gaussian distribution
         _check_classes(math.prod(gaussian.spread for gaussian in planes), quantum)
     quanta = [interruptible(gaussian.probabilities) for gaussian in planes]
@@ -116,8 +116,8 @@ def coherent_packet(
         if share < 1e-12:
             means = [round(float(np.average(list(found), weights=list(found.values()))), 2) for found in quanta]
             raise ValueError(
-                f"m = {m}, l = {l} hold {share:.1e} of the packet: its p_eta/hbar = (m - l)/2 is {means[0]}, its "
-                f"p_gamma/hbar = (m + l)/2 is {means[1]}"
+                f"m and l must be of a class of the packet, got {share:.1e} of it in m = {m}, l = {l}. Try (m - l)/2 "
+                f"= {means[0]}, (m + l)/2 = {means[1]}."
             )
     else:
         chosen = _likeliest(quanta, 0.1 * tolerance)
@@ -178,9 +178,8 @@ class PlaneGaussian(NamedTuple):
         count = self._angles(0)
         if not max(waves * WORK, waves * count) <= WORK * FINEST:
             raise ValueError(
-                f"width = {self.width:g} at |q| = {far:g}, |p| = {np.hypot(*self.momentum):g} takes {waves:.2g} radii, "
-                f"{count:.2g} angles "
-                f"of a plane, more than {FINEST} and {WORK:.0e}: take one nearer to sqrt(hbar) = {self.hbar**0.5:.3g}"
+                f"width = {self.width:g} requires {waves:.2g} radii and {count:.2g} angles of a plane, more than "
+                f"{FINEST} and {WORK:.0e}. Try one nearer to sqrt(hbar) = {self.hbar**0.5:.3g}."
             )
         t, w = roots_legendre(int(waves))
         radius = lo + (hi - lo) * (1 + t) / 2
@@ -208,8 +207,8 @@ class PlaneGaussian(NamedTuple):
 def _check_classes(needed: float, quantum: float) -> None:
     if needed > CLASSES:
         raise ValueError(
-            f"the packet takes {needed:.0f} symmetry classes or more, above {CLASSES}: give m and l, or another width, "
-            f"nearer to sqrt(hbar) = {quantum**0.5:.3g}"
+            f"width must be nearer to sqrt(hbar) = {quantum**0.5:.3g}: the packet requires {needed:.0f} symmetry "
+            f"classes or more, above {CLASSES}. Try m and l, one class."
         )
 
 
@@ -240,8 +239,8 @@ def plane_widths(width: ArrayLike) -> tuple[float, float]:
     """
     widths = checked("width", width, ())
     if widths.shape not in ((), (2,)) or not np.all(widths > 0):
-        raise ValueError(f"width must be one or two positive numbers, got {width!r}")
+        raise ValueError(f"width must be one or two positive numbers, got {shown(width)}")
     if np.any((widths < 1e-100) | (widths > 1e100)):
-        raise ValueError(f"width must lie between 1e-100 and 1e100, got {width!r}")
+        raise ValueError(f"width must lie between 1e-100 and 1e100, got {shown(width)}")
     first, second = np.broadcast_to(widths, (2,)).tolist()
     return first, second

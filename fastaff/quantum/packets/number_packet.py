@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import an_array, fits, whole_numbers
+from ...core.numbers import an_array, fits, shown, whole_numbers
 from ...results.progress import says_progress
 from ...systems.charts import Chart
 from ...systems.models import Body
@@ -90,7 +90,7 @@ def number_packet(
     sigma = _reals("width", width, (2, 4))
     angles = _reals("theta", theta, (4,))
     if np.any(sigma < 0):
-        raise ValueError(f"width must not be negative, got {width!r}")
+        raise ValueError(f"width must not be negative, got {shown(width)}")
     sigma = np.concatenate([sigma, np.zeros(4 - sigma.size)])
     sizes = [2 * math.ceil(TAIL * s) + 1 for s in sigma]
     fits("width", 64, *sizes)
@@ -155,14 +155,14 @@ def _inner_signs(states: Sequence[State]) -> np.ndarray:
 def _pair(name: str, n: ArrayLike) -> tuple[int, int]:
     numbers = whole_numbers(name, n)
     if numbers.shape != (2,) or np.any(numbers < 0):
-        raise ValueError(f"{name} must be two whole numbers of at least 0, got {n!r}")
+        raise ValueError(f"{name} must be two whole numbers of at least 0, got {shown(n)}")
     return int(numbers[0]), int(numbers[1])
 
 
 def _reals(name: str, given: ArrayLike, sizes: tuple[int, ...]) -> np.ndarray:
     row = an_array(name, given)
     if row.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be real numbers, got {given!r}")
+        raise TypeError(f"{name} must be real numbers, got {shown(given)}")
     if row.ndim != 1 or row.size not in sizes or not np.isfinite(row).all():
-        raise ValueError(f"{name} must be {' or '.join(map(str, sizes))} finite numbers, got {given!r}")
+        raise ValueError(f"{name} must be {' or '.join(map(str, sizes))} finite numbers, got {shown(given)}")
     return row.astype(float)

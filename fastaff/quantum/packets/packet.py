@@ -207,7 +207,7 @@ class Packet:
         """
         if len(self.classes) > 1:
             raise ValueError(
-                f"amplitude belongs to one class (m, l), the packet has {len(self.classes)}: take density, or at"
+                f"amplitude requires a packet of one class (m, l), got {len(self.classes)}. Use density or at."
             )
         return self._sum(_amplitudes(x, y, ALPHA_BETA if chart is None else chart), time)
 

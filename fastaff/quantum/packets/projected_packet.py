@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import real, whole
+from ...core.numbers import real, shown, whole
 from ...results.progress import says_progress
 from ...runs.requirements import current_system
 from ...systems.charts import ALPHA_BETA, Chart
@@ -92,12 +92,12 @@ def projected_packet(
     tolerance = fraction(missing)
     invariants = invariants_of(chart)
     if not callable(function):
-        raise TypeError(f"function must be callable, got {function!r}")
+        raise TypeError(f"function must be callable, got {shown(function)}")
 
     def values(grid: NodeGrid) -> np.ndarray:
         found = np.broadcast_to(np.asarray(function(*invariants.from_radii(*grid.radii))), grid.weights.shape)
         if found.dtype.kind not in "fiuc" or not np.isfinite(found).all():
-            raise ValueError("function must return finite real or complex numbers where the states of the body live")
+            raise ValueError("function must return finite real or complex numbers in the domain of the body")
         return found
 
     def build(count: int) -> Packet:
@@ -114,8 +114,7 @@ def projected_packet(
         edge = max(density[-2:].sum(), density[:, -2:].sum() if box.ends[1][-1] != math.pi else 0.0)
         if abs(square[1] - square[0]) > (1e-3 * tolerance + 1e-9) * square[1] or edge > 1e-9 * square[1]:
             raise ValueError(
-                f"function must vary no faster, and reach no farther, than the lowest {count} states can: its norm "
-                "cannot be told; ask for more levels"
+                f"function must be resolved by the lowest {count} states, which do not give its norm. Try more levels."
             )
         return kept_packet(
             states, tables[0].integrals(grid.weights * values(grid)) / math.sqrt(square[1]), hbar, tolerance
@@ -150,8 +149,8 @@ def holding(build: Callable[[int], Packet], count: int, missing: float) -> Packe
         return packet
     enough = next((f"count = {more}" for more in (2 * count, 4 * count) if _lost(build, more) <= missing), None)
     raise ValueError(
-        f"count = {count} levels in each class leave {packet.missing:.2g} of the packet out, more than missing = "
-        f"{missing:.2g}; ask for {enough or f'more than count = {4 * count}, or allow more to be missing'}"
+        f"count = {count} levels in each class leave out {packet.missing:.2g} of the packet, more than missing = "
+        f"{missing:.2g}. Try {enough or f'count > {4 * count}, or a larger missing'}."
     )
 
 
@@ -166,5 +165,5 @@ def fraction(missing: Any) -> float:
     """Return `missing` as a number between 0 and 1."""
     part = real("missing", missing)
     if not 0 < part < 1:
-        raise ValueError(f"missing must lie between 0 and 1, got {missing!r}")
+        raise ValueError(f"missing must lie between 0 and 1, got {shown(missing)}")
     return part

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...core.differences import FIRST, OFFSETS
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import whole, whole_numbers
+from ...core.numbers import shown, whole, whole_numbers
 from ...results.display import screen
 from ...results.progress import says_progress
 from ...systems.charts import Chart
@@ -147,10 +147,10 @@ def revivals(
     symmetry = checked_class(m, l, single_valued)
     numbers = whole_numbers("n", n)
     if numbers.shape != (2,) or np.any(numbers < 1):
-        raise ValueError(f"n must be two whole numbers of at least 1, for differences on both sides; got {n!r}")
+        raise ValueError(f"n must be two whole numbers of at least 1, got {shown(n)}")
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
-        raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {maslov!r}")
+        raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {shown(maslov)}")
     separated = separate(model, chart)
     turning = [i for i, momentum in ((2, symmetry.a), (3, symmetry.b)) if momentum >= 1]
     rows = [0, 1, *turning]
@@ -216,7 +216,7 @@ def _classical(
         found = energy_of_actions(model, np.array([a, b, gamma + eta, gamma - eta]), chart=chart, guess=guess)
         if np.any(found.status):
             raise ValueError(
-                f"n, m, l must belong to a torus of the body: the actions {J.tolist()}, or some next to them, do not"
+                f"n, m, l must belong to a torus of the body with neighbours, got the actions {shown(J.tolist())}"
             )
         nu = found.nu
         return np.array([nu[0], nu[1], nu[2] - nu[3], nu[2] + nu[3]])

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
 from ...core.differences import FIRST, OFFSETS, SECOND
-from ...core.numbers import positive
+from ...core.numbers import listed, positive, shown
 from ...systems.charts import ALPHA_BETA, ALPHA_BETA_PHI_PSI, CARTESIAN, EULER, R_VARTHETA, Chart
 from ...tori.families import ALPHA_BETA_FAMILY
 from ...tori.separation import separate
@@ -157,7 +157,7 @@ def laplacian(chart: Chart = ALPHA_BETA) -> DifferentialOperator:
     Source: Martens & Slawianowski, section 5, the forms of Delta (2 cos(Theta) in the last, printed 2 cot(Theta)).
     """
     if getattr(chart, "name", None) not in LAPLACIANS:
-        raise ValueError(f"chart must be one of {', '.join(LAPLACIANS)}, got {getattr(chart, 'name', chart)!r}")
+        raise ValueError(f"chart must be one of {listed(LAPLACIANS)}, got {shown(getattr(chart, 'name', chart))}")
     return LAPLACIANS[chart.name]
 
 
@@ -189,7 +189,7 @@ def constant_operators(model: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1
     separated = separate(model, chart)
     if not separated.isotropic or separated.family.chart not in LAPLACIANS:
         raise ValueError(
-            f"chart must be alpha-beta or r-vartheta, and the body isotropic; got {separated.family.chart!r}"
+            f"chart must be alpha-beta or r-vartheta, and the body isotropic; got {shown(separated.family.chart)}"
         )
     V_first, V_second = separated.functions
     half = quantum**2 / (2 * separated.mu)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.numbers import positive, whole_numbers
+from ...core.numbers import positive, shown, whole_numbers
 from ..states.factors import AngleFactor
 from ..states.symmetry import action_quantum, checked_class
 
@@ -29,13 +29,13 @@ def doubled(name: str, value: ArrayLike, least: int | None = None) -> np.ndarray
     """Return twice a half-integer quantum number, as integers; raises TypeError or ValueError for others."""
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "iuf" or numbers.size == 0:
-        raise TypeError(f"{name} must be integers or half-integers, got {value!r}")
+        raise TypeError(f"{name} must be integers or half-integers, got {shown(value)}")
     try:
         twice = whole_numbers(name, 2 * numbers)
     except ValueError:
-        raise ValueError(f"{name} must be integers or half-integers, got {value!r}") from None
+        raise ValueError(f"{name} must be integers or half-integers, got {shown(value)}") from None
     if least is not None and np.any(twice < least):
-        raise ValueError(f"{name} must be at least {least / 2:g}, got {value!r}")
+        raise ValueError(f"{name} must be at least {least / 2:g}, got {shown(value)}")
     return twice
 
 
@@ -98,7 +98,7 @@ def wigner_d(j: float, m: float, l: float, theta: ArrayLike) -> np.ndarray:
     """
     twice, first, second = (_single(name, value) for name, value in (("j", j), ("m", m), ("l", l)))
     if twice < 0:
-        raise ValueError(f"j must be at least 0, got {j!r}")
+        raise ValueError(f"j must be at least 0, got {shown(j)}")
     _check_projection("m", np.array(twice), np.array(first))
     _check_projection("l", np.array(twice), np.array(second))
     n = (twice - max(abs(first), abs(second))) // 2
@@ -112,7 +112,7 @@ def wigner_d(j: float, m: float, l: float, theta: ArrayLike) -> np.ndarray:
 def _single(name: str, value: Any) -> int:
     twice = doubled(name, value)
     if twice.ndim:
-        raise TypeError(f"{name} must be one number, got {value!r}")
+        raise TypeError(f"{name} must be one number, got {shown(value)}")
     return int(twice)
 
 

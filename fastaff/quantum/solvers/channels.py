@@ -195,8 +195,7 @@ def cut_off(U: np.ndarray, highest: float) -> np.ndarray:
     """Return U, no more than `highest`; raises ValueError where it is infinite."""
     if not np.all(np.isfinite(U)):
         raise ValueError(
-            "the potential must be finite on all of det phi > 0 or of GL(2,R); it is infinite at some alpha, beta "
-            "inside"
+            "model must have a finite potential in its domain, got an infinite one at some alpha, beta inside"
         )
     return np.minimum(U, highest)
 

@@ -180,8 +180,8 @@ def gauss_jacobi(n: int, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarra
         w = 1 / (jacobi_table(n, alpha, beta, t) ** 2).sum(axis=-1)
     if not np.all(w > 0):
         raise ValueError(
-            f"m and l give the ends of an interval exponents up to {max(alpha.max(), beta.max()) / 2:.3g}: {n} "
-            "functions with these are beyond the range of floats; take smaller m, l, fewer levels or a larger hbar"
+            f"m and l must give exponents whose {n} functions are finite, got {max(alpha.max(), beta.max()) / 2:.3g}. "
+            "Try smaller m, l, fewer levels or a larger hbar."
         )
     return t, w / w.sum(axis=1, keepdims=True)
 

@@ -94,7 +94,10 @@ def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -
     narrower than the step, or singular, it is not.
     """
     if (points := max(grid.V.shape)) > LINE:
-        raise BasisTooLarge(f"{points} points of one coordinate, more than {LINE}; take a larger hbar, or fewer levels")
+        raise BasisTooLarge(
+            f"model must be resolved by {LINE} points of one coordinate, got {points}. Try a larger hbar or fewer "
+            "levels."
+        )
     T = [kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
     H, basis = _hamiltonian(T, grid, cut)
     if len(H) < count:
@@ -166,7 +169,8 @@ def matrix(T: list[np.ndarray], V: np.ndarray, kept: np.ndarray, cut: float) -> 
         nodes.append(np.full(int(below.sum()), i))
         if (size := sum(map(len, energies))) > LARGEST:
             raise BasisTooLarge(
-                f"more than {size} functions of {V.ndim} coordinates; take a larger hbar, or fewer levels"
+                f"model must be resolved by {size} functions of {V.ndim} coordinates, got more. Try a larger hbar or "
+                "fewer levels."
             )
     G = np.concatenate(states, axis=1)
     node = np.concatenate(nodes)

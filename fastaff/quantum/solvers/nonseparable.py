@@ -255,9 +255,8 @@ def _wanted(problem: PlaneProblem, count: int, unit: float, spare: int) -> float
     bound = problem.states(problem.threshold)
     if bound < count + 0.5:
         raise NoGroundState(
-            f"V grows to {unit * problem.threshold:.6g} only at large distance and binds about {bound:.0f} levels of a "
-            "class below that; "
-            f"count = {count}"
+            f"V grows to {unit * problem.threshold:.6g} only at large distance and binds about {bound:.0f} levels of "
+            f"a class below that, got count = {count}"
         )
     return min(wanted, (count + bound) / 2)
 

@@ -74,9 +74,7 @@ def plane_problem(
     if not np.isfinite(lowest[place]):
         raise ValueError("the potential is finite nowhere")
     if place == 0 and lowest[0] < 0:
-        raise NoGroundState(
-            "V falls as fast as -1/rho^2 or faster at phi = 0: the energy is unbounded below, there is no ground state"
-        )
+        raise NoGroundState("V falls as -1/rho^2 or faster at phi = 0: the energy has no lower bound")
     check_bottom("V", place, rho.size, far)
     ends, uniform = _ends(U, rho, place)
     around = rho[:, None] / 2 * np.gradient(v)
@@ -109,7 +107,7 @@ def _ends(U: Callable, rho: np.ndarray, place: int) -> tuple[Well, bool]:
     one = wells[1]
     if any(abs(other.hi - one.hi) > 1e-9 or abs(other.lo - one.lo) > 1e-9 for other in wells) or one.lo != 0:
         raise ValueError(
-            "the potential must live on det phi > 0 or on all of GL(2,R), alpha > beta or all alpha, beta > 0"
+            "model must have a potential on det phi > 0 or on all of GL(2,R), alpha > beta or alpha, beta > 0"
         )
     for angle in one.hi * np.array([0.2, 0.5, 0.8]):
         along = U(rho, angle)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.numbers import shown
 from ...systems.models.functions import Barriers, Oscillator, Spring, Zero
 from .convergence import LARGEST, near_end, powers_of, until_equal
 from .cover import Cover, line_cover
@@ -215,14 +216,14 @@ def check_size(name: str, size: int, count: int, largest: int = LARGEST) -> None
     """Raise ValueError for a basis so large that no larger one is possible for comparison."""
     if 1.25 * size + 12 > largest:
         raise ValueError(
-            f"{count} levels of {name} take {size} basis functions and more, above {largest}: ask for fewer, or a "
-            "larger hbar"
+            f"{count} levels of {name} require {size} basis functions or more, above {largest}. Try fewer levels or a "
+            "larger hbar."
         )
 
 
 def _oscillator(name, V, dimension, K, count, hbar, mu):
     if not V.k > 0:
-        raise NoGroundState(f"{name} = {V!r} must have k > 0: it does not bind, there is no discrete spectrum")
+        raise NoGroundState(f"{name} = {shown(V)} must have k > 0 for a discrete spectrum")
     strength = K + (dimension - 1) * (dimension - 3) / 4 + 2 * mu * V.c / hbar**2
     s = centrifugal(name, strength) - 0.5
     omega = float(np.sqrt(V.k / mu))

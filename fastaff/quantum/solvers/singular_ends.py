@@ -96,7 +96,7 @@ def check_poles(name: str, V: Callable, y: np.ndarray, values: np.ndarray) -> No
             hi = t[k + 1]
         if np.isinf(side) or np.isinf(inner[k]) or inner[k] > max(1e6 * side, 2 * inner.min()):
             raise ValueError(
-                f"{name} must be finite on one interval, it has a pole at {t[k]:.6g}; make it np.inf on its other side"
+                f"{name} must be finite on one interval, got a pole at {t[k]:.6g}. Use np.inf on its other side."
             )
 
 
@@ -123,9 +123,7 @@ def _strength(name: str, V: Callable, end: float, size: float, sign: int) -> tup
     g = d * d * sampled(V, d)
     if abs(g[2]) > 10 * abs(g[1]) > 100 * abs(g[0]):
         if g[2] < 0:
-            raise NoGroundState(
-                f"{name} falls faster than -1/x^2 at {end:.6g}: the energy is unbounded below, there is no ground state"
-            )
+            raise NoGroundState(f"{name} falls faster than -1/x^2 at {end:.6g}: the energy has no lower bound")
         close = d[2:]
         while (close**2 * sampled(V, close))[0] > ESSENTIAL:
             close = close * 1.1
@@ -144,9 +142,8 @@ def exponent(name: str, strength: float, place: str) -> float:
     """Return e of u ~ x^e in -u'' + strength u/x^2, the larger root; raises NoGroundState below -1/4."""
     if not strength >= -0.25 - 1e-14:
         raise NoGroundState(
-            f"{name} is too attractive {place}: in the reduced equation -u'' + s u/x^2 it gives s = {strength:.6g} < "
-            "-1/4, that is, it is "
-            "below -hbar^2/(8 mu x^2); the energy is unbounded below, there is no ground state"
+            f"{name} is too attractive {place}: the energy has no lower bound, as s = {strength:.6g} < -1/4 in -u'' + "
+            "s u/x^2"
         )
     return 0.5 + max(0.25 + strength, 0.0) ** 0.5
 
@@ -213,8 +210,7 @@ def decayed(name: str, y: np.ndarray, w: np.ndarray, top: float, lo: float, hi: 
     allowed = allowed if allowed.size else np.array([np.argmin(w)])
     if allowed[-1] == y.size - 1 and not np.isfinite(hi):
         raise NoGroundState(
-            f"{name} does not bind as many levels as asked, or levels up to that energy: it must grow at large "
-            "distance for a discrete spectrum"
+            f"{name} must grow at large distance for a discrete spectrum; it binds fewer levels than requested"
         )
     with np.errstate(invalid="ignore", over="ignore"):
         decay = np.minimum(np.sqrt(np.maximum(w - top, 0)), 1e150) * np.gradient(y)

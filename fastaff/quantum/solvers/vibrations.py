@@ -181,8 +181,8 @@ def _check_held(levels: LevelTable) -> None:
     """Raise ValueError for levels without any bound."""
     if not np.isfinite(levels.error[0]):
         raise ValueError(
-            f"model must have wells as wide as the steps of a grid: its {levels.functions} functions do not hold the "
-            "waves. Try closer scales of the coordinates."
+            f"model must have wells as wide as the steps of a grid, which {levels.functions} functions do not "
+            "resolve. Try closer scales of the coordinates."
         )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...core.docstrings import inserts_parameters
 from ...core.interruption import partial_result_on_interrupt
-from ...core.numbers import checked_callback, fits, flag, real, whole
+from ...core.numbers import checked_callback, fits, flag, real, shown, whole
 from ...results.calls import records_call
 from ...systems.charts import Chart
 from ...systems.models import Body
@@ -95,7 +95,8 @@ def all_levels(
     """
     if (max_energy is None) == (multiplets is None):
         raise ValueError(
-            f"give either max_energy or multiplets, got max_energy = {max_energy!r}, multiplets = {multiplets!r}"
+            f"give either max_energy or multiplets, got max_energy = {shown(max_energy, 30)}, multiplets = "
+            f"{shown(multiplets, 30)}"
         )
     checked_callback(callback)
     limit = math.inf if max_energy is None else real("max_energy", max_energy)

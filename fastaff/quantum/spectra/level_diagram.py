@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...core.docstrings import inserts_parameters
 from ...core.interruption import partial_result_on_interrupt
-from ...core.numbers import an_array, checked_callback, function, numbers, text, whole
+from ...core.numbers import an_array, checked_callback, function, numbers, shown, text, whole
 from ...results.calls import records_call
 from ...results.display import screen
 from ...results.result import Drawable
@@ -167,7 +167,7 @@ def level_diagram(
     text("name", name)
     points = np.atleast_1d(numbers("values", values))
     if points.ndim != 1 or not points.size or not np.isfinite(points).all():
-        raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {values!r}")
+        raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {shown(values)}")
     function("make", make)
     checked_callback(callback)
     chosen = _classes(m, l, single_valued)
@@ -231,7 +231,9 @@ def class_diagram(
     array([2., 4., 6.])
     """
     if (np.ndim(an_array("m", m)) == 1) == (np.ndim(an_array("l", l)) == 1):
-        raise ValueError(f"one of m and l must be a sequence and the other a whole number, got m = {m!r}, l = {l!r}")
+        raise ValueError(
+            f"m or l must be a sequence and the other a whole number, got m = {shown(m, 40)}, l = {shown(l, 40)}"
+        )
     name = "m" if np.ndim(m) == 1 else "l"
     chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
@@ -243,7 +245,9 @@ def _classes(m: Any, l: Any, single_valued: bool) -> list[SymmetryClass]:
     """Return the classes of two numbers, or sequences of one length; a number goes with each of a sequence."""
     spins, vorticities = (np.atleast_1d(np.asarray(an_array(of, given), object)) for of, given in (("m", m), ("l", l)))
     if spins.ndim != 1 or vorticities.ndim != 1 or not spins.size or not vorticities.size:
-        raise ValueError(f"m and l must be whole numbers or non-empty sequences of them, got m = {m!r}, l = {l!r}")
+        raise ValueError(
+            f"m and l must be whole numbers or non-empty sequences of them, got m = {shown(m, 30)}, l = {shown(l, 30)}"
+        )
     if spins.size != vorticities.size and 1 not in (spins.size, vorticities.size):
         raise ValueError(f"m and l must be of the same length, got {spins.size} and {vorticities.size}")
     pairs = np.broadcast_arrays(spins, vorticities)
@@ -278,9 +282,7 @@ def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[LevelTable
     """
     first = rows[0][0]
     if len({found.names for row in rows for found in row}) > 1:
-        raise ValueError(
-            "make must give bodies that all separate in the same chart, or none: their curves could not be followed"
-        )
+        raise ValueError("make must give bodies that all separate in one chart, or none, for curves to be followed")
     shape = (len(values), len(rows[0]), first.E.size)
     E = np.full(shape, np.nan)
     error = np.full(shape, np.nan)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.docstrings import inserts_parameters
 from ...core.interruption import partial_result_on_interrupt
-from ...core.numbers import an_array, checked_callback, fits, positive, whole
+from ...core.numbers import an_array, checked_callback, fits, kind_of, positive, whole
 from ...results.calls import records_call
 from ...runs.interruptible import interruptible
 from ...runs.requirements import checked_system
@@ -40,13 +40,9 @@ P = ParamSpec("P")
 def _checked_body(model: Any) -> None:
     system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.isotropic:
-        why = (
-            f": of H = T(p) + V(q), T quadratic, in one to {COORDINATES} coordinates spectrum(body, count=..., "
-            "hbar=...) computes levels, without m and l, and quasiclassical_levels(body, n=..., hbar=...) those on "
-            "tori, of any number"
-        )
-        why = "; with angular potentials spin and vorticity are no quantum numbers" if system.planar else why
-        raise TypeError(f"model must be a Body with a doubly isotropic potential, got {type(model).__name__}{why}")
+        why = f". Use spectrum(model, count=..., hbar=...) for one to {COORDINATES} coordinates."
+        why = ". With angular potentials m and l are not quantum numbers." if system.planar else why
+        raise TypeError(f"model must be a Body with a doubly isotropic potential, got {kind_of(model)}{why}")
 
 
 def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:

@@ -21,7 +21,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.numbers import fits, nonnegative, numbers, positive
+from ...core.numbers import fits, nonnegative, numbers, positive, shown
 from ...engine.packing import run_points
 from ..kernels.laguerre_jacobi import jacobi_values, laguerre_values
 from .symmetry import whole_quantum
@@ -48,7 +48,7 @@ def quantum_number(name: str, value: Any) -> int:
     """Return a quantum number of at least 0 as an int; whole floats are converted."""
     number = whole_quantum(name, value)
     if number < 0:
-        raise ValueError(f"{name} must be at least 0, got {value!r}")
+        raise ValueError(f"{name} must be at least 0, got {shown(value)}")
     fits(name, 8, number)
     return number
 

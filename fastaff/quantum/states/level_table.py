@@ -10,7 +10,7 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 
 from ...core.numbers import real, shown, whole
-from ...core.status import Status
+from ...core.status import Status, counted
 from ...results.display import screen
 from ...results.result import Drawable, Result, along
 from .state import Shape, State
@@ -104,9 +104,9 @@ class LevelTable(Result, axis="level"):
         E = self.E[known]
         failed = int(np.count_nonzero(self.status))
         span = f" from {E.min():.10g} to {E.max():.10g}" if E.size else ""
-        less = f", {self.E.size - E.size} of them without an energy" if E.size < self.E.size else ""
-        doubt = f", {failed} of them not OK{self._enough()}" if failed else ""
-        return f"{self.E.size} levels{span}{less}{doubt}; {self.method}"
+        less = f"; {self.E.size - E.size} without an energy" if E.size < self.E.size else ""
+        doubt = f"; {failed} not converged{self._enough()}" if failed else ""
+        return f"{counted(self.E.size, 'level')}{span}{less}{doubt}"
 
     def _enough(self) -> str:
         """Return the tolerance that all levels of `spectrum` would keep, as a call; calls for levels that no torus
@@ -114,15 +114,14 @@ class LevelTable(Result, axis="level"):
         """
         if self.method.startswith(f"{TORI}, of") and not np.isfinite(self.E).all():
             return (
-                ": no torus of these modes was found with their quanta, as in a resonance or beyond a separatrix; "
-                "quasiclassical_levels(..., guess=z0) takes the torus near a point, modes='local' other modes, and "
-                "spectrum(body, count=..., hbar=...) gives exact levels"
+                ": no torus of these modes has their quanta. Try quasiclassical_levels(..., guess=z0) or "
+                "modes='local', or spectrum(...) for exact levels"
             )
         call: Any = getattr(self, "call", None)
         off = float((self.error / level_scale(self.E)).max()) if self.E.size else math.nan
         if call is None or call.function != "spectrum" or not 0.0 < off < LOOSEST:
             return ""
-        return f" at tolerance={call.arguments['tolerance']:g}, all are at spectrum(..., tolerance={1.1 * off:.1e})"
+        return f" at tolerance={call.arguments['tolerance']:g}. Try spectrum(..., tolerance={1.1 * off:.1e})"
 
     @property
     def converged(self) -> np.ndarray:
@@ -237,7 +236,7 @@ class LevelTable(Result, axis="level"):
             close = error[1:] + error[:-1] + ROUNDING * np.abs(E[1:])
         else:
             if not 0 <= (gap := real("tolerance", tolerance)) < 1:
-                raise ValueError(f"tolerance must be at least 0 and below 1, got {tolerance!r}")
+                raise ValueError(f"tolerance must be at least 0 and below 1, got {shown(tolerance)}")
             close = gap * np.abs(E[1:])
         starts = np.flatnonzero(np.append(np.ones(min(E.size, 1), bool), np.diff(E) > close))
         return Multiplets(levels, np.append(starts, E.size))
@@ -263,10 +262,7 @@ class LevelTable(Result, axis="level"):
         if whole("k", k, 0) >= len(self):
             raise ValueError(f"k must be below the number of levels {len(self)}, got {k}")
         if self.waves is None:
-            raise ValueError(
-                f"these levels have no wave functions: {self.method}. Those that `spectrum` finds have, of a body of "
-                "GL(2,R) by its numbers m and l, of other systems by their number"
-            )
+            raise ValueError("these levels have no wave functions. Use the levels of fa.quantum.spectrum.")
         if isinstance(self.waves, LatticeWaves):
             return self.waves.state(int(self.n[0, k]), float(self.E[k]), self.hbar)
         n = self.n[:, k].tolist()

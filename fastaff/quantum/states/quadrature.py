@@ -137,7 +137,7 @@ def resolved(groups: Sequence[Sequence[State]]) -> tuple[list[AmplitudeTables], 
             return tables, grid
         orders = int(GROWTH * orders[0]), int(GROWTH * orders[1])
     raise ValueError(
-        f"states must be resolved by {LARGEST} nodes in each coordinate; take fewer, or lower ones, or another hbar"
+        f"states must be resolved by {LARGEST} nodes in each coordinate. Try fewer or lower states, or another hbar."
     )
 
 
@@ -184,9 +184,7 @@ def _ends(profile: Callable, measure: Callable, samples: np.ndarray) -> tuple[fl
     square = profile(samples) ** 2 * measure(samples)
     alive = np.flatnonzero((square > TAIL * square.max(axis=1, keepdims=True)).any(axis=0))
     if not alive.size:
-        raise ValueError(
-            f"hbar is too small or too large for the body: its states vanish between {samples[0]:g} and {samples[-1]:g}"
-        )
+        raise ValueError(f"hbar must suit the body, whose states vanish between {samples[0]:g} and {samples[-1]:g}")
     found = []
     for inside, step in ((alive[0], -1), (alive[-1], 1)):
         here, there = (float(samples[min(max(k, 0), samples.size - 1)]) for k in (inside, inside + step))
@@ -212,6 +210,4 @@ def _order(profile: Callable, measure: Callable, lo: float, hi: float) -> int:
             return order
         order = int(GROWTH * order)
         before = value
-    raise ValueError(
-        f"states must be integrable by {LARGEST} nodes in each coordinate; they have kinks, or ask for fewer levels"
-    )
+    raise ValueError(f"states must be integrable by {LARGEST} nodes in each coordinate. Try fewer levels.")

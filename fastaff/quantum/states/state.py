@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import checked, first
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import fits, whole
+from ...core.numbers import fits, listed, shown, whole
 from ...core.numbers import function as a_function
 from ...engine.packing import run_points
 from ...results.display import screen
@@ -84,7 +84,7 @@ def invariants_of(chart: Any, among: tuple[Chart, ...] = (ALPHA_BETA, R_VARTHETA
     """Return the invariants of a chart; raises ValueError for one that is not among those given."""
     if getattr(chart, "name", None) not in [known.name for known in among]:
         raise ValueError(
-            f"chart must be {', '.join(known.name for known in among)}, got {getattr(chart, 'name', chart)!r}"
+            f"chart must be {listed(known.name for known in among)}, got {shown(getattr(chart, 'name', chart))}"
         )
     return INVARIANTS[chart.name]
 
@@ -252,7 +252,7 @@ class State(Drawable):
         """
         if not self.symmetry.single_valued:
             raise ValueError(
-                "with m + l odd Psi has two values on a matrix: give the coordinates of one, as at(q, ALPHA_BETA)"
+                "q must be coordinates where m + l is odd: Psi has two values on a matrix. Use at(q, ALPHA_BETA)."
             )
         rows = checked("planes", planes, (4,))
         flat = np.ascontiguousarray(rows.reshape(4, -1))
@@ -463,5 +463,6 @@ def _angles(chart: Chart, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if "Phi" in named:
         return (named["Phi"] + named["Psi"]) / 2, (named["Phi"] - named["Psi"]) / 2
     raise ValueError(
-        f"chart must have the angles eta and gamma, phi and psi, or Phi and Psi where m + l is odd; got {chart.name!r}"
+        "chart must have the angles eta and gamma, phi and psi, or Phi and Psi where m + l is odd, got "
+        f"{shown(chart.name)}"
     )

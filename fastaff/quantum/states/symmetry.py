@@ -67,8 +67,8 @@ def check_parity(m: ArrayLike, l: ArrayLike, single_valued: Any) -> None:
     odd = np.flatnonzero((spin + vorticity) % 2)
     if flag("single_valued", single_valued) and odd.size:
         raise ValueError(
-            "m + l must be even for single-valued wave functions on GL(2,R), got "
-            f"m = {spin[odd[0]]}, l = {vorticity[odd[0]]}; single_valued=False takes the covering"
+            f"m + l must be even, got m = {spin[odd[0]]}, l = {vorticity[odd[0]]}. Use single_valued=False for "
+            "functions on the double cover."
         )
 
 
@@ -80,7 +80,7 @@ def checked_numbers(n: Any, m: Any, l: Any, single_valued: Any) -> tuple[np.ndar
     quanta = whole_numbers("n", n)
     spins = (whole_numbers("m", m), whole_numbers("l", l))
     if quanta.ndim not in (1, 2) or quanta.shape[0] != 2 or np.any(quanta < 0):
-        raise ValueError(f"n must have shape (2,) or (2, levels) and be >= 0, got {n!r}")
+        raise ValueError(f"n must have shape (2,) or (2, levels) and be >= 0, got {shown(n)}")
     sizes = {q.size for q in (quanta[0], *spins)} - {1}
     if len(sizes) > 1 or spins[0].ndim > 1 or spins[1].ndim > 1:
         raise ValueError(
@@ -96,8 +96,7 @@ def action_quantum(hbar: Any, mu: float = 1.0) -> float:
     quantum = positive("hbar", hbar)
     if not (1e-100 < quantum < 1e100 and 1e-200 < quantum * (quantum / mu) < 1e200):
         raise ValueError(
-            f"hbar must lie between 1e-100 and 1e100, and hbar^2/mu between 1e-200 and 1e200; got {hbar!r} with mu = "
-            f"{mu:g}"
+            f"hbar must lie in [1e-100, 1e100] and hbar^2/mu in [1e-200, 1e200], got {shown(hbar)} with mu = {mu:g}"
         )
     return quantum
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.numbers import positive
+from ...core.numbers import positive, shown
 from .catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
@@ -150,11 +150,11 @@ class Automatic:
     def __post_init__(self) -> None:
         object.__setattr__(self, "energy_error", positive("energy_error", self.energy_error))
         if not isinstance(self.candidates, tuple) or not self.candidates:
-            raise ValueError(f"candidates must be a tuple of at least one scheme, got {self.candidates!r}")
+            raise ValueError(f"candidates must be a tuple of at least one scheme, got {shown(self.candidates)}")
         for candidate in self.candidates:
             if not isinstance(candidate, (Splitting, RungeKutta, TimeTransformed)):
                 raise TypeError(
-                    f"candidates must be schemes such as KAHAN_LI8, got {candidate!r} ({type(candidate).__name__})"
+                    f"candidates must be schemes such as KAHAN_LI8, got {shown(candidate)} ({type(candidate).__name__})"
                 )
 
     @property

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from ...core.names import named
-from ...core.numbers import flag, reals, text, whole
+from ...core.numbers import flag, reals, shown, text, whole
 from . import _dop853, _splittings, _verner98
 from .collocation import GAUSS8, GAUSS16, Collocation
 from .conditions import MOST_ORDER, Rows, Weights, agree, moments, nested, require, tableau
@@ -575,7 +575,7 @@ def scheme_named(name: str) -> Scheme:
     """
     if not isinstance(name, str):
         raise TypeError(
-            f"name must be the name of a scheme, one of {', '.join(SCHEMES)}, got {name!r} ({type(name).__name__})"
+            f"name must be the name of a scheme such as 'KAHAN_LI8', got {shown(name)} ({type(name).__name__})"
         )
     return ITERATION if name == ITERATION.name else SCHEMES[named("name of a scheme", name, SCHEMES)]
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ...core.numbers import shown
 from ...engine.blocks import is_value, parameters
 from ...engine.tuples import halves, scaled
 from .catalogue import KAHAN_LI8, Splitting
@@ -208,7 +209,7 @@ class TimeTransformed:
     def __post_init__(self) -> None:
         if not isinstance(self.splitting, Splitting):
             raise TypeError(
-                f"splitting must be a Splitting such as KAHAN_LI8, got {self.splitting!r} "
+                f"splitting must be a Splitting such as KAHAN_LI8, got {shown(self.splitting)} "
                 f"({type(self.splitting).__name__})"
             )
         if self.splitting.nystrom:
@@ -219,14 +220,14 @@ class TimeTransformed:
             return
         if not (is_value(self.rate) and hasattr(self.rate, "at")):
             raise TypeError(
-                f"rate must be a rate such as Logistic(kappa=1.0, origin=2.0), got {self.rate!r} "
+                f"rate must be a rate such as Logistic(kappa=1.0, origin=2.0), got {shown(self.rate)} "
                 f"({type(self.rate).__name__})"
             )
         if not np.all(np.isfinite(parameters(self.rate))):
-            raise ValueError(f"rate has a parameter that is not finite: {self.rate!r}")
+            raise ValueError(f"rate has a parameter that is not finite: {shown(self.rate)}")
         for name in {"kappa", "exponent"} & set(vars(type(self.rate))):
             if not getattr(self.rate, name) > 0:
-                raise ValueError(f"rate.{name} must be positive, got {getattr(self.rate, name)!r}")
+                raise ValueError(f"rate.{name} must be positive, got {shown(getattr(self.rate, name))}")
 
     @property
     def name(self) -> str:

@@ -525,6 +525,6 @@ class Chart(NamedTuple):
         if bad.any():
             row, *orbit = first(bad)
             raise ValueError(
-                f"{what}: the {self.name} chart fails here, {self.singular}; got "
-                f"{prefix}{self.names[row]} = {rows[(row, *orbit)]}{at_orbit(tuple(orbit))}"
+                f"{what} must avoid {self.singular} in the {self.name} chart, got {prefix}{self.names[row]} = "
+                f"{rows[(row, *orbit)]}{at_orbit(tuple(orbit))}"
             )

@@ -97,8 +97,7 @@ class PolarStep(NamedTuple):
         if not np.isfinite(momentum).all():
             index = first(~np.isfinite(momentum))
             raise ValueError(
-                f"q: {self.momentum} must be 0 where {self.radius} = 0 (the momentum across the radius is their "
-                f"quotient, infinite here); got {p_angle[index]}{at_orbit(index)}"
+                f"q: {self.momentum} must be 0 where {self.radius} = 0, got {p_angle[index]}{at_orbit(index)}"
             )
         return momentum
 

@@ -45,7 +45,7 @@ def values_of(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[st
 def inertia_of(mu: Any) -> tuple[float, float]:
     """Return a pair of inertias, checked."""
     if len(mu) != 2:
-        raise ValueError(f"mu must be a positive number or a pair of them, got {mu!r}")
+        raise ValueError(f"mu must be a positive number or a pair of them, got {shown(mu)}")
     return positive("mu[0]", mu[0]), positive("mu[1]", mu[1])
 
 
@@ -54,7 +54,9 @@ def checked_names(argument: str, coordinates: Any, taken: Sequence[str] = ()) ->
     if isinstance(coordinates, str):
         coordinates = coordinates.replace(",", " ").split()
     if not isinstance(coordinates, Sequence):
-        raise TypeError(f"{argument} must be names such as 'x y', got {coordinates!r} ({type(coordinates).__name__})")
+        raise TypeError(
+            f"{argument} must be names such as 'x y', got {shown(coordinates)} ({type(coordinates).__name__})"
+        )
     if not 1 <= len(coordinates) <= MAX_DEGREES_OF_FREEDOM:
         raise ValueError(f"{argument} must be 1 to {MAX_DEGREES_OF_FREEDOM} names, got {len(coordinates)}")
     names: list[str] = []
@@ -72,7 +74,7 @@ def masses_of(masses: Any, count: int) -> tuple[float, ...]:
         or (isinstance(masses, np.ndarray) and masses.ndim != 1)
     ):
         raise TypeError(
-            f"masses must be one positive number for each coordinate, got {masses!r} ({type(masses).__name__})"
+            f"masses must be one positive number for each coordinate, got {shown(masses)} ({type(masses).__name__})"
         )
     if len(masses) != count:
         raise ValueError(f"masses must be {count} positive numbers, one for each coordinate, got {len(masses)}")

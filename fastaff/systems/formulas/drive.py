@@ -37,14 +37,14 @@ def period_of(request: Request, period: Any, values: Mapping[str, float], length
         own = parse(request.period, (), request.parameters, argument="drive_period")
         number = _value(own, values)
         if number is None or not number > 0:
-            raise ValueError(f"drive_period must be positive, got {request.period!r}, which is {number}")
+            raise ValueError(f"drive_period must be positive, got {shown(request.period)}, which is {number}")
     else:
         number = positive("drive_period", period)
     program = request.program(length)
     if TIME not in program.names:
         raise ValueError(
-            f"text: the formula {request.text!r} does not depend on the time {TIME}: leave drive_period out, got "
-            f"{shown(period)}"
+            f"drive_period must be left out for a formula without the time {TIME}, got {shown(period)} and "
+            f"{shown(request.text)}"
         )
     _check_period(program, tuple(name for name in request.variables if name != TIME), values, number)
     return number
@@ -69,11 +69,10 @@ def _check_period(program: Program, coordinates: tuple[str, ...], values: Mappin
         wrong = seen & ~(np.abs(now - later) <= allowed[:, None])
     if wrong.any():
         k, j = np.argwhere(wrong)[0]
-        at = ", ".join(f"{name} = {value:.4g}" for name, value in zip(coordinates, q[:, k, 0]))
         one, other = (None if np.isnan(value) else value for value in (float(now[k, j]), float(later[k, j])))
         raise ValueError(
-            f"drive_period must be one of the potential's, got {period!r}: at {at} it is {one} at {TIME} = "
-            f"{moments[k, j]:.4g} and {other} a period later"
+            f"drive_period must be a period of the potential, got {shown(period)}: its values {one} and {other} "
+            "differ after it"
         )
 
 

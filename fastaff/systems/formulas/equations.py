@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from ...core.numbers import shown
 from ...core.numbers import text as a_text
 
 MOST_VARIABLES = 16
@@ -23,7 +24,7 @@ def split(text: Any) -> list[tuple[str, str]]:
         left, equals, right = line.partition("=")
         match = _LEFT.match(left)
         if not (equals and match and right.strip()):
-            raise ValueError(f"text must be equations {_EXAMPLE}, got {line.strip()[:80]!r}")
+            raise ValueError(f"text must be equations {_EXAMPLE}, got {shown(line.strip()[:80])}")
         found.append((match[1] or match[2], right))
     if not 1 <= len(found) <= MOST_VARIABLES:
         raise ValueError(f"text must have 1 to {MOST_VARIABLES} equations {_EXAMPLE}, got {len(found)}")

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ...core.numbers import shown
+from ...core.numbers import listed, shown
 from ..models import Body, DoublePendulum, HenonHeiles
 from ..models.contracts import Kind
 from ..models.potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
@@ -61,7 +61,9 @@ def equations(
     H, domain, (names, momenta), own = _written(model)
     twice = [name for name in parameters if name in own]
     if twice:
-        raise ValueError(f"parameter {twice[0]!r} is that of the model, {own[twice[0]]:g}: rename that of the forces")
+        raise ValueError(
+            f"parameter {shown(twice[0])} is that of the model, {own[twice[0]]:g}: rename that of the forces"
+        )
     pushes, rate = _pushes(forces, names)
     found = []
     for row, rate_of_row in _canonical(H, names, momenta, tuple(own)):
@@ -112,9 +114,8 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
     whole = body or hasattr(model, "coordinates")  # a potential alone has no mass
     if not isinstance(text, str) or kind not in (None, Kind.NONSEPARABLE) or not whole:
         raise TypeError(
-            "text must be equations, or a model that hamiltonian(...), formula(...) or a named system made of a text, "
-            f"without a drive, a frame that turns or friction, or of {', '.join(cls.__name__ for cls in BUILT_IN)}, "
-            f"got {shown(model)} ({type(model).__name__})"
+            "text must be equations or a model made of a formula, without drive, rotation and friction, got "
+            f"{shown(model)} ({type(model).__name__})"
         )
     names = _STRETCHES if body else tuple(value.coordinates)
     momenta = tuple(getattr(value, "momenta", ())) or tuple(f"p_{name}" for name in names)
@@ -127,7 +128,7 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
             if wrong.name not in VARIABLES:
                 raise
             raise ValueError(
-                f"text: pulled along its stretches a body is a formula of D1 and D2, got {text!r}"
+                f"text: pulled along its stretches a body is a formula of D1 and D2, got {shown(text)}"
             ) from None
         masses = [f"*{INERTIA}"] * 2
         parameters[INERTIA] = model.mu
@@ -148,12 +149,11 @@ def _pushes(forces: Mapping[str, str], names: tuple[str, ...]) -> tuple[dict[str
     rates = set()
     for name, text in forces.items():
         if name not in names:
-            raise ValueError(f"forces must be of {', '.join(names)}, as {example}, got {name!r}")
+            raise ValueError(f"forces must be of {listed(names)}, as {example}, got {shown(name)}")
         rates |= {match["rate"] or match["after"] or "1" for match in _WAVE.finditer(text)}
         found[name] = _WAVE.sub(lambda match: PHASE[match[1] == "sin"], text)
         if re.search(rf"\b{TIME}\b", found[name]) or len(rates) > 1:
             raise ValueError(
-                f"forces[{name!r}] may have the time as cos(w*t) and sin(w*t), of one rate w, a parameter or a number, "
-                f"got {text!r}"
+                f"forces[{shown(name)}] must have the time as cos(w*t) and sin(w*t) of one rate w, got {shown(text)}"
             )
     return found, rates.pop() if rates else ""

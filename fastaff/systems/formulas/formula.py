@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...core.docstrings import inserts_parameters
 from ...core.foreign import ForeignSystem, dispatch_adapter
-from ...core.numbers import positive, shown
+from ...core.numbers import listed, positive, shown
 from ...engine.kinds import OPTIONS, TERMS
 from ...results.progress import says_progress
 from ..models import Body
@@ -261,7 +261,7 @@ def hamiltonian(
     rates = rates_of(options, values, names)
     if term is not None and term.planar and weights and weights[0] != weights[1]:
         raise ValueError(
-            f"masses must be equal for {names[0]} and {names[1]}, whose frame turns, got {weights[0]} and {weights[1]}"
+            f"masses must be equal for {names[0]} and {names[1]} in a rotating frame, got {weights[0]} and {weights[1]}"
         )
     inertia = "unit" if masses is None else "masses"
     rows = (*own, *[""] * len(names)) if any(own) or conjugate else ()
@@ -276,8 +276,8 @@ def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], param
     if given.coordinates and coordinates is not None and checked_names("coordinates", coordinates) != given.coordinates:
         plane = " (orbits that start in a plane of symmetry stay there)" if len(given.coordinates) > 2 else ""
         raise ValueError(
-            f"coordinates of this potential are {' '.join(given.coordinates)}: leave them out{plane}, got "
-            f"{coordinates!r}"
+            f"coordinates must be left out for this potential, which has {listed(given.coordinates)}{plane}, got "
+            f"{shown(coordinates)}"
         )
     own = {name: entry for name, entry in (("domain", given.domain), ("rotation", given.rotation)) if entry is not None}
     options = own | {name: entry for name, entry in beside.items() if entry is not None}
@@ -290,7 +290,7 @@ def _check_rows(names: tuple[str, ...], period: Any) -> None:
     every = names if period is None else (*names, TIME)
     for name in every:
         if f"p_{name}" in names:
-            raise ValueError(f"coordinate 'p_{name}' is taken: it is the name of the momentum of {name}")
+            raise ValueError(f"coordinate 'p_{name}' is taken by the momentum of {name}")
 
 
 def _charged(
@@ -315,7 +315,7 @@ def _charged(
         raise TypeError(f"vector_potential must be formulas by coordinate such as {example}, got {shown(potential)}")
     wrong = [name for name in potential if name not in names]
     if wrong or not potential:
-        raise ValueError(f"vector_potential must be of {', '.join(names)}, as {example}, got {shown(dict(potential))}")
+        raise ValueError(f"vector_potential must be of {listed(names)}, as {example}, got {shown(dict(potential))}")
     parameters, period = beside
     terms = []
     weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(masses_of(masses, len(names)))}
@@ -349,7 +349,7 @@ def _driven(
     written, length = text
     names, momenta = rows
     if TIME in names:
-        raise ValueError(f"coordinates must not have {TIME}, the time of a driven system: drive_period is given")
+        raise ValueError(f"coordinates must not contain {TIME}, the time of a driven system")
     said = period if isinstance(period, str) else ""
     inertia = "masses" if weights else "unit"
     own = (*periods, *[""] * (len(names) + 2)) if any(periods) or momenta else ()
@@ -364,13 +364,13 @@ def _momenta(momenta: Any, names: tuple[str, ...], others: Mapping[str, Any]) ->
     """Return the names of momenta in the text, one for each coordinate; others: arguments that do not go with them."""
     for name, entry in others.items():
         if entry is not None and name in OPTIONS and "loss" in TERMS[OPTIONS[name]].words:
-            raise ValueError(f"{name} does not go with momenta in the text, where it is no part of H: {PULLED}")
+            raise ValueError(f"{name} must be given without momenta, as it is no part of H. {PULLED}")
         if entry is not None:
             raise ValueError(f"{name} does not go with momenta in the text: write the whole of H(q, p)")
     found = checked_names("momenta", momenta, names)
     if len(found) != len(names):
         raise ValueError(
-            f"momenta must be {len(names)} names, one for each coordinate of {', '.join(names)}; got {', '.join(found)}"
+            f"momenta must be {len(names)} names, one for each coordinate of {listed(names)}; got {listed(found)}"
         )
     return found
 
@@ -391,8 +391,8 @@ def with_periods(model: Any) -> Any:
             off = np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))
         if off.any():
             raise ValueError(
-                f"periodic[{model.coordinates[row]!r}] must be one of the system's, whose equations change over "
-                f"{periods[row, 0]:.9g}"
+                f"periodic[{shown(model.coordinates[row])}] must be a period of the system, got "
+                f"{periods[row, 0]:.9g}, over which its equations change"
             )
     return model
 
@@ -412,7 +412,5 @@ def _class(request: Request, values: dict[str, float], length: int) -> type:
         used |= parse(request.period, (), request.parameters, argument="drive_period").names
     unused = [name for name in values if name not in used]
     if unused:
-        raise ValueError(
-            f"parameter {unused[0]!r} is not used by the formula {request.text!r}: leave it out, or is a name misspelt?"
-        )
+        raise ValueError(f"parameter {shown(unused[0])} must be a name in the formula, got {shown(request.text)}")
     return generated_class(request, programs, values)

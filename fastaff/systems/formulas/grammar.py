@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from ...core.numbers import listed, shown
 from .gammainc import GAMMAINC, MOST_A, incomplete_gamma
 from .outside import ADVICE, FOUND, SIGNS, SPELLINGS
 
@@ -34,7 +35,7 @@ MAX_DEPTH = 60
 MAX_EXPONENT = 64
 """Largest exponent, and largest product of nested exponents."""
 
-ALLOWED = f"allowed are numbers, names, pi, + - * / ** (or ^), parentheses and {', '.join(FUNCTIONS)}"
+ALLOWED = "Use numbers, names, pi, + - * / ** (or ^), parentheses and functions such as sqrt, exp and sin."
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r")
 _BINARY: dict[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 _OTHER_BINARY: dict[type, str] = {ast.FloorDiv: "//"}
@@ -45,18 +46,17 @@ NUMERIC: dict[str, Callable] = {**{name: getattr(math, name) for name in FUNCTIO
 TIME = "t"
 """Name of the time in the potentials of driven systems."""
 
-TIME_HINT = (
-    "the time of a driven system, which needs a period: hamiltonian(..., drive_period=6.28), or a formula of the "
-    "parameters such as drive_period='2*pi/w'; or a coordinate or parameter of that name"
-)
+TIME_HINT = "Use drive_period, such as drive_period='2*pi/w', for the time of a driven system."
 
 
 class UnknownName(ValueError):
-    """A formula has a name that is neither a variable nor a parameter."""
+    """A formula has a name that is neither a variable nor a parameter; place: the sentence without the hint."""
 
-    def __init__(self, message: str, name: str):
-        super().__init__(message)
+    def __init__(self, place: str, name: str, hint: str):
+        super().__init__(f"{place}. {hint}")
+        self.place = place
         self.name = name
+        self.hint = hint
 
 
 class Operation(NamedTuple):
@@ -113,7 +113,7 @@ def _apply(kind: str, left: Any, right: Any, power: Callable) -> Any:
 def checked_name(name: str, what: str, taken: Iterable[str]) -> str:
     """Return `name` if it can name a parameter or a coordinate: a plain identifier that means nothing else."""
     if not isinstance(name, str):
-        raise TypeError(f"{what} must be a name, got {name!r} ({type(name).__name__})")
+        raise TypeError(f"{what} must be a name, got {shown(name)} ({type(name).__name__})")
     if (
         not (name.isascii() and name.isidentifier())
         or keyword.iskeyword(name)
@@ -121,13 +121,15 @@ def checked_name(name: str, what: str, taken: Iterable[str]) -> str:
         or len(name) > 40
     ):
         raise ValueError(
-            f"{what} must be an identifier of at most 40 ASCII letters, digits and _, starting with a letter; got "
-            f"{name!r}"
+            f"{what} must be an identifier of at most 40 ASCII letters, digits and _, starting with a letter, got "
+            f"{shown(name)}"
         )
     if name in FUNCTIONS or name in CONSTANTS or name in ADVICE or name == GAMMAINC:
-        raise ValueError(f"{what} {name!r} is the name of a function or constant of the grammar: choose another")
+        raise ValueError(
+            f"{what} {shown(name)} is the name of a function or constant of the grammar. Use another name."
+        )
     if name in taken:
-        raise ValueError(f"{what} {name!r} is taken: it names a variable or a part of the model; choose another")
+        raise ValueError(f"{what} {shown(name)} is taken by a variable or a part of the model. Use another name.")
     return name
 
 
@@ -150,7 +152,7 @@ class _Reader:
     def __init__(self, text: str, variables: tuple[str, ...], parameters: tuple[str, ...], argument: str):
         if not isinstance(text, str):
             raise TypeError(
-                f"{argument} must be a text such as 'C/2*(x**2 + y**2)', got {text!r} ({type(text).__name__})"
+                f"{argument} must be a text such as 'C/2*(x**2 + y**2)', got {shown(text)} ({type(text).__name__})"
             )
         self.text = text
         self.variables = variables
@@ -159,22 +161,20 @@ class _Reader:
 
     def refuse(self, found: str, column: int, hint: str = "") -> ValueError:
         """Return the error: the part at fault, its place, and the parts allowed."""
-        return ValueError(
-            f"{self.argument}: {found} at column {column}" + (f" ({hint})" if hint else "") + f"; {ALLOWED}"
-        )
+        return ValueError(f"{self.argument}: {found} at column {column}. {hint or ALLOWED}")
 
     def check_letters(self, length: int) -> None:
         """Refuse long texts, letters that no formula has and deep parentheses before Python's parser runs."""
         if len(self.text) > length:
             raise ValueError(f"{self.argument} must have at most {length} characters, got {len(self.text)}")
         if not self.text.strip():
-            raise ValueError(f"{self.argument} must be a formula, got an empty text; {ALLOWED}")
+            raise ValueError(f"{self.argument} must be a formula, got an empty text. {ALLOWED}")
         depth = 0
         for column, letter in enumerate(self.text, 1):
             if letter not in LETTERS:
                 name = unicodedata.name(letter, "an unprintable character")
                 found = SIGNS.get(letter) or f"the character {letter!r} ({name.lower()})"
-                hint = f"write {SPELLINGS[letter]}" if letter in SPELLINGS else ""
+                hint = f"Use {SPELLINGS[letter]}." if letter in SPELLINGS else ""
                 raise self.refuse(found, column, hint)
             depth += (letter == "(") - (letter == ")")
             if depth < 0:
@@ -195,11 +195,11 @@ class _Reader:
         except SyntaxError as problem:
             column = self.place((problem.offset or 1) - 1 + indent) if problem.lineno == 1 else len(self.text)
             hint = (
-                "a product needs *"
+                "Use * for a product."
                 if "literal" in (problem.msg or "") or "forgot a comma" in (problem.msg or "")
                 else ""
             )
-            raise self.refuse(f"not one expression, {problem.msg}", column, hint) from None
+            raise self.refuse(f"not one expression, {str(problem.msg).partition('.')[0][:80]}", column, hint) from None
         except (MemoryError, RecursionError, ValueError):
             raise self.refuse("an expression that is nested too deeply", 1) from None
         self.shift = indent  # of one parenthesis and the omitted spaces: columns start at 1
@@ -283,7 +283,7 @@ class _Reader:
             while isinstance(right, ast.UnaryOp) and not self.in_parentheses(right):
                 right = right.operand
             if isinstance(right, ast.BinOp) and isinstance(right.op, ast.Pow) and not self.in_parentheses(right):
-                raise self.refuse("a power of a power", self.between(node), "with ^ it needs parentheses: x^(y^z)")
+                raise self.refuse("a power of a power", self.between(node), "Use parentheses with ^: x^(y^z).")
         return kind
 
     def called(self, node: ast.Call) -> str:
@@ -291,22 +291,22 @@ class _Reader:
         column = self.column(node)
         if not isinstance(node.func, ast.Name):
             found = FOUND.get(type(node.func), "something that is no function")
-            raise self.refuse(f"a call of {found}", column, "a product needs *")
+            raise self.refuse(f"a call of {found}", column, "Use * for a product.")
         name = node.func.id
         if name in self.variables or name in self.parameters or name in CONSTANTS:
-            raise self.refuse(f"a call of {name}", column, f"{name} is a number: write {name}*(...)")
+            raise self.refuse(f"a call of {name}", column, f"Use {name}*(...) for a product.")
         if name not in FUNCTIONS:
-            raise self.refuse(f"a call of {name!r}", column, ADVICE.get(name) or self.similar(name, FUNCTIONS))
+            raise self.refuse(f"a call of {shown(name)}", column, ADVICE.get(name) or self.similar(name, FUNCTIONS))
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
             raise self.refuse(
-                f"{name} with {len(node.args) + len(node.keywords)} arguments", column, "functions take one"
+                f"{name} with {len(node.args) + len(node.keywords)} arguments", column, "Functions have one argument."
             )
         return name
 
     def first_argument(self, node: ast.Call) -> Fraction:
         """Return the number a of gammainc(a, x)."""
         a = None
-        hint = f"it takes a number a, 0 < a <= {MOST_A}, and x >= 0: gammainc(0.6, x**2)"
+        hint = f"Use a number a, 0 < a <= {MOST_A}, and x >= 0: gammainc(0.6, x**2)."
         if len(node.args) == 2 and not node.keywords and not any(isinstance(e, ast.Starred) for e in node.args):
             program = Program(tuple(operation for operation, _ in self.postfix(node.args[0])), frozenset())
             if all(kind in "+-*/" or kind in ("number", "negate") for kind, _ in program.operations):
@@ -330,7 +330,7 @@ class _Reader:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number) or (number == 0 and literal.lower().split("e")[0].strip("0.")):
-            raise self.refuse(f"the number {literal[:30]}", column, "numbers must be within the range of floats")
+            raise self.refuse(f"the number {literal[:30]}", column, "Use numbers within the range of floats.")
         return Fraction(value) if isinstance(value, int) else Fraction(repr(value))
 
     def name(self, node: ast.Name) -> Operation:
@@ -338,21 +338,20 @@ class _Reader:
         name = node.id
         column = self.column(node)
         if name in (*FUNCTIONS, GAMMAINC):
-            raise self.refuse(f"{name} without an argument", column, f"write {name}(...)")
+            raise self.refuse(f"{name} without an argument", column, f"Use {name}(...).")
         if name in CONSTANTS or name in self.variables or name in self.parameters:
             return Operation("name", name)
         known = (*self.variables, *self.parameters, *CONSTANTS)
-        hint = self.similar(name, (*known, *FUNCTIONS)) or f"a parameter needs a value, such as {name}=1.0"
-        hint = TIME_HINT if name == TIME else hint
-        said = f"{self.argument}: unknown name {name!r} at column {column} ({hint}); known are {', '.join(known)}"
-        raise UnknownName(f"{said}; {ALLOWED}", name)
+        hint = self.similar(name, (*known, *FUNCTIONS)) or f"Give a parameter its value, {name}=1.0."
+        hint = TIME_HINT if name == TIME else f"{hint} Known names: {listed(known)}."
+        raise UnknownName(f"{self.argument}: unknown name {shown(name, 44)} at column {column}", name, hint)
 
     @staticmethod
     def similar(name: str, known: Iterable[str]) -> str:
         """Return a "did you mean" for a name, or nothing."""
         close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5 if len(name) < 3 else 0.6)
         close = close or [k for k in known if k.lower() == name.lower()]
-        return f"did you mean {close[0]}?" if close else ""
+        return f"Did you mean {close[0]}?" if close else ""
 
     def check_sizes(self, operations: list[tuple[Operation, int]]) -> None:
         """Refuse constants that overflow or have no value, and powers of a size that no formula has.
@@ -397,10 +396,10 @@ class _Reader:
             return (_apply(kind, left[0], right[0], pow) if both else None), max(left[1], right[1])
         if right[0] is None:
             if left[0] is not None and left[0] <= 0:
-                raise self.refuse("a power of a number that is not positive", column, "with an exponent that varies")
+                raise self.refuse("a power of a number that is not positive", column, "Use a constant exponent.")
             return None, max(left[1], right[1])
         if abs(right[0]) > MAX_EXPONENT:
-            raise self.refuse(f"the exponent {right[0]:g}", column, f"numeric exponents are at most {MAX_EXPONENT}")
+            raise self.refuse(f"the exponent {right[0]:g}", column, f"Use numeric exponents up to {MAX_EXPONENT}.")
         if both:
             value = left[0] ** right[0]
             if value == 0 and left[0] != 0:
@@ -408,5 +407,7 @@ class _Reader:
             return value, 1.0
         power = left[1] * max(1.0, abs(right[0]))
         if power > MAX_EXPONENT:
-            raise self.refuse(f"powers of powers up to {power:g}", column, f"together they are at most {MAX_EXPONENT}")
+            raise self.refuse(
+                f"powers of powers up to {power:g}", column, f"Use products of exponents up to {MAX_EXPONENT}."
+            )
         return None, power

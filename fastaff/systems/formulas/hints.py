@@ -7,11 +7,12 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ParamSpec, TypeVar, cast
 
+from ...core.numbers import shown
 from ..models.body import FREE, TERMS
 from .arguments import checked_names
 from .grammar import TIME, UnknownName
 
-PULLED = "make the model without them, then ode(model, forces={'x': 'f*cos(w*t) - g*p_x'}, ...)"
+PULLED = "Use ode(model, forces={'x': 'f*cos(w*t) - g*p_x'}, ...)."
 """Advice where friction is given with an argument that excludes it."""
 
 P = ParamSpec("P")
@@ -29,8 +30,7 @@ def hinted(function: Callable[P, R]) -> Callable[P, R]:
             hint = _of_body(problem.name) if function.__name__ == "affine_body" else _of_rows(problem.name, named)
             if not hint:
                 raise
-            said, known = str(problem).split("; known are ", 1)
-            raise UnknownName(f"{said.split(' (', 1)[0]} ({hint}); known are {known}", problem.name) from None
+            raise UnknownName(problem.place, problem.name, hint) from None
 
     return cast(Callable[P, R], wrapped)
 
@@ -39,7 +39,7 @@ def no_terms_of_motion(names: Iterable[str], text: Any) -> None:
     """Refuse parameters of a body's formula that would be terms of its motion, where they are not in the text."""
     for name in names:
         if name in TERMS and re.search(rf"\b{name}\b", str(text)) is None:
-            raise ValueError(f"{name} is no parameter of {text!r}: {FREE}")
+            raise ValueError(f"{name} must be a name in {shown(text, 40)}. {FREE}")
 
 
 def _of_body(name: str) -> str:
@@ -55,9 +55,9 @@ def _of_rows(name: str, named: Mapping[str, Any]) -> str:
         rows = [[form.format(k) for k in keys] for keys in (known, count) for form in ("p_{}", "p{}", "P_{}", "P{}")]
         for own in (*rows, ["p"] if len(known) == 1 else []):
             if name in own:
-                return f"a momentum? The text is V alone; with momenta='{' '.join(own)}' it is the whole of H"
+                return f"For a momentum give momenta='{' '.join(own)}'; the text is then the whole of H."
         if coordinates is None and (found := re.fullmatch(r"p_([A-Za-z]\w*)", name)):
-            return f"a momentum? Then coordinates='{found[1]} ...' and momenta='{name} ...' name those of H"
+            return f"For a momentum give coordinates='{found[1]} ...' and momenta='{name} ...'."
     if coordinates is None and name != TIME:
-        return f"a coordinate? Those are x and y, others have coordinates='{name} ...'; a parameter has {name}=1.0"
+        return f"Give a parameter its value, {name}=1.0, or name the coordinates, coordinates='{name} ...'."
     return ""

@@ -16,6 +16,7 @@ from ...core.docstrings import inserts_parameters
 from ...core.foreign import dispatch_adapter
 from ...core.identity import told_apart
 from ...core.interruption import imported
+from ...core.numbers import listed, shown
 from ...engine import code_folder
 from ...results.progress import says_progress
 from ..models.contracts import FormulaMap
@@ -145,8 +146,8 @@ def _paired(variables: Sequence[str], coordinates: Any, momenta: Any) -> tuple[t
         p = checked_names("momenta", momenta)
     if sorted((*q, *p)) != sorted(variables) or len(q) != len(p):
         raise ValueError(
-            f"coordinates and momenta must be the {len(variables)} variables {', '.join(variables)}, half of them "
-            f"each; got {', '.join(q)} and {', '.join(p)}"
+            f"coordinates and momenta must each be half of the variables {listed(variables)}, got {listed(q)} and "
+            f"{listed(p)}"
         )
     return q, p
 
@@ -172,15 +173,15 @@ def _class(request: MapRequest, found: Statements, values: Mapping[str, float]) 
         if unused[0] in ("aperture", "radius"):
             inside = " - ".join(f"{q}**2" for q in request.coordinates)
             why = f"a domain is a formula that is positive inside, such as domain='1 - {inside}'"
-        raise ValueError(f"parameter {unused[0]!r} is not used by the map: {why}")
+        raise ValueError(f"parameter {shown(unused[0])} is not used by the map: {why}")
     for name, program in zip((*request.coordinates, *request.momenta), periods, strict=True):
         if program is not None:
             try:
                 period = program.run(float, {**values, **CONSTANTS}, NUMERIC, pow)
             except (ArithmeticError, ValueError) as problem:
-                raise ValueError(f"periodic[{name!r}] has no value: {problem}") from None
+                raise ValueError(f"periodic[{shown(name)}] has no value: {problem}") from None
             if isinstance(period, complex) or not (math.isfinite(period) and period > 0):
-                raise ValueError(f"periodic[{name!r}] must be positive, got {period!r}")
+                raise ValueError(f"periodic[{shown(name)}] must be positive, got {shown(period)}")
     return _generated(request, found, wall, periods)
 
 
@@ -250,10 +251,9 @@ def _tried(model: Any) -> None:
             off = np.abs(later - image - turns * periods) > SAME * (np.abs(image) + np.abs(later))
         if off.any(axis=0).mean() > 0.25:
             at, worst = np.argwhere(off.T)[0]
-            place = ", ".join(f"{name} = {number:.4g}" for name, number in zip(names, z[:, at], strict=True))
             raise ValueError(
-                f"periodic[{names[row]!r}] must be one of the map's, got {periods[row, 0]:.9g}: at {place} the image "
-                f"of {names[worst]} is {image[worst, at]:.9g} and {later[worst, at]:.9g} a period later"
+                f"periodic[{shown(names[row])}] must be a period of the map, got {periods[row, 0]:.9g}: the image of "
+                f"{names[worst]} changes by {later[worst, at] - image[worst, at]:.6g} after it"
             )
 
 

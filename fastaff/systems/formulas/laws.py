@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from ...core.numbers import listed, shown
 from .grammar import FUNCTIONS
 from .variables import VARIABLES
 
@@ -52,7 +53,7 @@ def written_out(text: Any, letters: Mapping[str, Any]) -> tuple[Any, dict[str, A
     if law is None:
         words = name.split("-")
         if all(re.fullmatch("[a-z]{3,}", word) and word not in {*VARIABLES, *letters} for word in words):
-            raise ValueError(f"{text!r} is no law known by name, those are {', '.join(LAWS)}: write its formula")
+            raise ValueError(f"{shown(text)} is no law known by name, those are {listed(LAWS)}: write its formula")
         return text, dict(letters)
     values = {re.sub(r"^a(\d)$", r"c\1", key) if name == "ogden" else key: entry for key, entry in letters.items()}
     terms = max(1, sum(re.fullmatch(r"m\d", key) is not None for key in values))
@@ -60,5 +61,5 @@ def written_out(text: Any, letters: Mapping[str, Any]) -> tuple[Any, dict[str, A
     needs = set(re.findall(r"[A-Za-z]\w*", found)) - {"D1", "D2", *FUNCTIONS}
     if needs != values.keys():
         takes = ", ".join(sorted(re.sub(r"^c(\d)$", r"a\1", key) if name == "ogden" else key for key in needs))
-        raise ValueError(f"the law {name!r} takes the parameters {takes}; got {', '.join(sorted(letters)) or 'none'}")
+        raise ValueError(f"the law {shown(name)} takes the parameters {takes}; got {listed(sorted(letters)) or 'none'}")
     return found, values

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...core.foreign import call_for
-from ...core.numbers import shown
+from ...core.numbers import listed, shown
 from ..models.contracts import Kind
 from .gammainc import GAMMAINC
 from .grammar import Program, UnknownName, checked_name, parse
@@ -79,7 +79,9 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
         left, equals, right = piece.partition("=")
         if not (equals and right.strip()) or not left.strip().isidentifier():
             file = f"; a file of MAD is pathlib.Path({text!r})" if Path(text).suffix and len(pieces) == 1 else ""
-            raise ValueError(f"text must be statements name = formula, such as {example}; got {_shown(piece)!r}{file}")
+            raise ValueError(
+                f"text must be statements name = formula, such as {example}; got {shown(_shown(piece))}{file}"
+            )
         sides.append((left.strip(), right.strip()))
     images = [left for left, _ in sides if left.endswith(suffix) and len(left) > len(suffix)]
     variables = tuple(image.removesuffix(suffix) for image in images)
@@ -87,8 +89,7 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
         raise ValueError(f"text must give the image of each variable, x1 = ... or x' = ..., such as {example}")
     if len(variables) % 2 or len(variables) > MAX_ROWS:
         raise ValueError(
-            f"text must give the images of 2, 4, ... or {MAX_ROWS} variables, coordinates and momenta; got those of "
-            f"{', '.join(variables)}"
+            f"text must give the images of 2, 4, ... or {MAX_ROWS} variables, got those of {listed(variables)}"
         )
     known: list[str] = []
     for variable in variables:
@@ -97,7 +98,10 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
     for left, right in sides:
         if left in known:
             what = "a parameter" if left in parameters else "a variable, or has a value already"
-            raise ValueError(f"text: {_shown(left)} = ... gives a value to what is {what}: the image of x is x1 or x'")
+            raise ValueError(
+                f"text: {_shown(left)} = ... must give a value to a new name, got {what}. Write the image of x as x1 "
+                "or x'."
+            )
         if left not in images:
             checked_name(left, "name", {*known, *parameters, "self", "np"})
         try:
@@ -107,7 +111,7 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
                 raise
             late = f"{_shown(problem.name)} = ..."
             raise ValueError(
-                f"text, {_shown(left)}: {late} comes later: write {late} before {_shown(left)} = ..."
+                f"text, {_shown(left)}: {late} comes later. Write {late} before {_shown(left)} = ..."
             ) from None
         lines.append(Statement(left, program))
         known.append(left)
@@ -266,11 +270,11 @@ def period_texts(periodic: Any, rows: Sequence[str]) -> tuple[str, ...]:
     given = {} if periodic is None else periodic
     if not isinstance(given, Mapping):
         raise TypeError(
-            f"periodic must be a dictionary such as {{'x': 2*pi}}, got {periodic!r} ({type(periodic).__name__})"
+            f"periodic must be a dictionary such as {{'x': 2*pi}}, got {shown(periodic)} ({type(periodic).__name__})"
         )
     for name in given:
         if name not in rows:
-            raise ValueError(f"periodic must be of {', '.join(rows)}, got one of {name!r}")
+            raise ValueError(f"periodic must be of {listed(rows)}, got one of {shown(name)}")
     texts = []
     for name in rows:
         value = given.get(name, "")

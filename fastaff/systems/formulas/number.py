@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ...core.numbers import shown
 from .grammar import CONSTANTS, NUMERIC, parse
 
 
@@ -17,11 +18,11 @@ def number(name: str, text: str) -> float:
         try:
             value = parse(text, (), (), argument=name, length=200).run(float, CONSTANTS, NUMERIC, pow)
         except (ValueError, ArithmeticError) as problem:
-            what = str(problem).removeprefix(f"{name}: ").partition("; allowed")[0]
+            what = str(problem).removeprefix(f"{name}: ").partition(". ")[0]
             hint = " (angles are in radians: 45*pi/180)" if text.rstrip().endswith(("deg", "°", "degrees")) else ""
             raise ValueError(
-                f"{name} must be a number such as 1.5, 1/6, pi/2 or 1e-3, got {text!r}: {what}{hint}"
+                f"{name} must be a number such as 1.5, 1/6, pi/2 or 1e-3, got {shown(text)}: {what}{hint}"
             ) from None
     if isinstance(value, complex) or not math.isfinite(value):
-        raise ValueError(f"{name} must be finite, got {text!r}")
+        raise ValueError(f"{name} must be finite, got {shown(text)}")
     return value

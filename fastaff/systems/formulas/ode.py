@@ -112,7 +112,7 @@ def ode(
     }
     for name, side in equations:
         if re.search(r"\bt\b", side) and "t" not in (*names, *values):
-            raise ValueError(f"text: {name}' depends on t, which a flow does not know: make it a variable, t' = 1")
+            raise ValueError(f"text: {name}' must not depend on t. Use a variable t with t' = 1.")
     turns = period_texts(periodic, names)
     request = Request(written, domain, tuple(values), tuple(names), "ode", periods=turns if any(turns) else ())
     programs = request.programs(length)
@@ -121,9 +121,7 @@ def ode(
     used = frozenset().union(*(p.names for p in every if p is not None))
     unused = [name for name in values if name not in used]
     if unused:
-        raise ValueError(
-            f"parameter {unused[0]!r} is not used by the equations {written!r}: leave it out, or is a name misspelt?"
-        )
+        raise ValueError(f"parameter {shown(unused[0])} must be a name in the equations, got {shown(written)}")
     return with_periods(generated_class(request, (programs, domain_program), values)(*values.values()))
 
 
@@ -134,8 +132,8 @@ def _written(given: Any) -> tuple[Any, int]:
     listed = list(given.items()) if isinstance(given, Mapping) else given
     if not isinstance(listed, (list, tuple)) or not all(isinstance(e, tuple) and len(e) == 2 for e in listed):
         raise TypeError(
-            "text must be a text of equations such as \"x' = y; y' = -x\", or pairs of a variable and an expression of "
-            f"SymPy or heyoka, got {shown(given)} ({type(given).__name__}){call_for(given)}"
+            f"text must be equations such as \"x' = y; y' = -x\" or pairs (variable, expression), got {shown(given)} "
+            f"({type(given).__name__}){call_for(given)}"
         )
     sides = [[text_of(entry) for entry in pair] for pair in listed]
     return "; ".join(f"{name}' = {side}" for name, side in sides), LENGTH * max(1, len(sides))

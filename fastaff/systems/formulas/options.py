@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ...core.numbers import real
+from ...core.numbers import listed, real, shown
 from ...engine.kinds import OPTIONS, TERMS
 from ...engine.terms import Term
 from .hints import PULLED
@@ -18,11 +18,11 @@ def term_of(options: Mapping[str, Any], period: Any) -> Term | None:
     lost = next((name for name, term in given.items() if "loss" in term.words), None)
     if lost is not None and (len(terms) > 1 or period is not None):
         others = ", ".join(name for name in options if OPTIONS[name] != OPTIONS[lost])
-        raise ValueError(f"{lost} does not go with {others} or drive_period: {PULLED}")
+        raise ValueError(f"{lost} must be given without {others} and drive_period. {PULLED}")
     if len(terms) > 1:
-        raise ValueError(f"{' and '.join(given)} do not go together: write the equations, ode(...)")
+        raise ValueError(f"{' and '.join(given)} must not be given together. Use the equations, fa.ode(...).")
     if terms and period is not None:
-        raise ValueError(f"drive_period does not go with {', '.join(given)}: a driven system has a frame at rest")
+        raise ValueError(f"drive_period must be given without {listed(given)}: a driven system has no rotating frame")
     return terms[0] if terms else None
 
 
@@ -35,12 +35,12 @@ def rates_of(given: Mapping[str, Any], values: dict[str, float], names: tuple[st
         if entry is None:
             continue
         if len(names) < 2 and TERMS[OPTIONS[name]].planar:
-            raise ValueError(f"{name} turns the first two coordinates, of which there must be two, got {names}")
+            raise ValueError(f"{name} must rotate two coordinates, the first ones, got {listed(names)}")
         if isinstance(entry, str):
             found[name] = entry
             continue
         if name in names:
-            raise ValueError(f"coordinate {name!r} is taken: it names the field of the number that {name} is")
+            raise ValueError(f"coordinates must not have the name {shown(name)} of an argument that is a number")
         values[name] = real(name, entry)
         found[name] = name
     return found

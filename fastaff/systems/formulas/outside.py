@@ -38,17 +38,17 @@ SPELLINGS = {
     "√": "sqrt(...)",
 }
 ADVICE = {
-    "abs": "abs is not smooth at 0, forces would jump: write sqrt(q**2 + small**2)",
-    "ln": "the natural logarithm is log",
-    "sign": "sign is not continuous",
-    "arcsin": "write asin",
-    "arccos": "write acos",
-    "arctan": "write atan",
-    "atan2": "write atan",
-    "cbrt": "write (...)**(1/3)",
-    "pow": "powers are written **",
-    "max": "max is not smooth",
-    "min": "min is not smooth",
+    "abs": "Use sqrt(q**2 + small**2), which is smooth at 0.",
+    "ln": "Use log, the natural logarithm.",
+    "sign": "Use a smooth function such as tanh(x/small).",
+    "arcsin": "Use asin.",
+    "arccos": "Use acos.",
+    "arctan": "Use atan.",
+    "atan2": "Use atan.",
+    "cbrt": "Use (...)**(1/3).",
+    "pow": "Use **.",
+    "max": "Use a smooth function, such as one of sqrt.",
+    "min": "Use a smooth function, such as one of sqrt.",
 }
 FOUND: dict[type, str] = {
     ast.Attribute: "attribute access",

@@ -5,20 +5,16 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from ...core.names import named, spelled
+from ...core.names import did_you_mean, named, spelled
+from ...core.numbers import kind_of, listed, shown
 from ..models.mechanics import System, system_of
 from ..models.sections import OF_BODIES, AngleEquals, Hyperplane, Stroboscopic
+from .grammar import TIME
 from .number import number
 
 TURNING = {text: kind for text, kind in OF_BODIES.items() if "constant" not in kind._fields}
 VANISHING = {"p_alpha=0": "alpha-turning", "p_beta=0": "beta-turning"}
 EQUALS = {text: kind for text, kind in OF_BODIES.items() if "constant" in kind._fields}
-
-
-OTHERS = (
-    "In Python any other is an object, not a text: fastaff.Hyperplane(normal, offset), or a NamedTuple of your own "
-    "with a field direction and a method value(*z)"
-)
 
 
 def section_forms(system: System) -> tuple[str, ...]:
@@ -27,6 +23,16 @@ def section_forms(system: System) -> tuple[str, ...]:
     if not system.planar:
         return coordinates
     return (*TURNING, *(f"{name}=c" for name in EQUALS), *(() if system.isotropic else coordinates))
+
+
+def _unknown(argument: str, asked: str, forms: tuple[str, ...], system: System) -> str:
+    """Return the sentence for the text of a section that a model does not have."""
+    if asked == f"{TIME}=c" and not system.driven:
+        return f"{argument} 't=c' requires a driven system; {kind_of(system.model)} does not depend on time"
+    hint = did_you_mean(asked, forms) or (
+        " Use fa.Hyperplane(normal, offset) for other sections." if argument == "section" else ""
+    )
+    return f"{argument} must be one of {listed(forms)}, got {shown(asked)}.{hint}"
 
 
 SIGNS = {"+": 1, "-": -1, "+-": 0, "-+": 0}
@@ -52,13 +58,13 @@ def section_named(text: str, system: System, direction: int = 1, *, argument: st
     asked = f"{name.strip()}=c" if equals else name.strip()
     try:
         form = named(argument, asked, forms)
-    except ValueError as unknown:
-        raise ValueError(f"{unknown} {OTHERS}") from None
+    except ValueError:
+        raise ValueError(_unknown(argument, asked, forms, system)) from None
     if not equals:
         return TURNING[form](direction)
     name = form.removesuffix("=c")
     if not constant.strip():
-        raise ValueError(f"{argument} {form} needs a number for c, such as {name}=0.2, got {text!r}")
+        raise ValueError(f"{argument} {form} needs a number for c, such as {name}=0.2, got {shown(text)}")
     value = number(f"{argument} {form}: c", constant)
     if system.planar and name in EQUALS:
         return EQUALS[name](value, direction)

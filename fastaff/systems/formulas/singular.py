@@ -90,7 +90,7 @@ def ring_text(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], t
     inexact.
     """
     if g.has(gammainc()):
-        raise ValueError("text: gammainc has no formula of complex numbers, which a potential 0/0 at beta = 0 needs")
+        raise ValueError("text: gammainc is not supported in a potential that is 0/0 at beta = 0")
     text = ring_potential(d, g, walls, s, _even(g, s))
     worst = _largest_error(text, g, s, trial)
     if not worst <= _RIGHT:

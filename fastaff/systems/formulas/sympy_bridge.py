@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from ...core.numbers import listed, shown
 from .centres import centres
 from .gammainc import GAMMAINC, gammainc
 from .grammar import FUNCTIONS, Program
@@ -112,7 +113,7 @@ def _text(e: Any) -> str:
     kind = type(e).__name__
     if e.is_Symbol:
         if not e.name.isidentifier():  # "D1 + D2" would be read as a sum
-            raise ValueError(f"text: the SymPy symbol {e.name!r} is no name of the grammar")
+            raise ValueError(f"text: the SymPy symbol {shown(e.name)} is no name of the grammar")
         return str(e.name)
     if e.is_Rational:
         if e.q != 1:
@@ -140,6 +141,5 @@ def _text(e: Any) -> str:
     if kind == "gamma" and e.is_number:
         return f"({float(e)!r})"
     raise ValueError(
-        f"text: the SymPy expression contains {e} ({kind}); allowed are sums, products, powers and "
-        f"{', '.join(FUNCTIONS)}"
+        f"text: the SymPy expression contains {e} ({kind}); allowed are sums, products, powers and {listed(FUNCTIONS)}"
     )

@@ -140,19 +140,14 @@ def check_symmetry(trial: ProgramTrial, argument: str) -> None:
         if trial.differ(one, other):
             show = trial.mp.nstr
             raise ValueError(
-                f"{argument}: the formula is not symmetric under D1 <-> D2 (beta -> -beta, vartheta -> -vartheta), "
-                "which name the same "
-                f"matrix: at D1 = {show(variables['D1'], 6)}, D2 = {show(variables['D2'], 6)} it is {show(one, 10)}, "
-                "exchanged "
-                f"{show(other, 10)}, so its odd part is {show((one - other) / 2, 10)} instead of 0"
+                f"{argument} must be symmetric under D1 <-> D2, got {show(one, 6)} at D1 = "
+                f"{show(variables['D1'], 6)}, D2 = {show(variables['D2'], 6)} and {show(other, 6)} exchanged"
             )
         tried += 1
         if tried == POINTS:
             return
     if not tried:
-        raise ValueError(
-            f"{argument}: the formula has no finite real value at any of {20 * POINTS} points with D1 > D2 > 0"
-        )
+        raise ValueError(f"{argument} must have finite real values, got none at {20 * POINTS} points with D1 > D2 > 0")
 
 
 def is_isotropic(trial: ProgramTrial) -> bool:
@@ -204,6 +199,4 @@ def check_real(
         and trial.value(dict(zip(coordinates, map(trial.mp.mpf, found), strict=True)), exact) is not None
     ):
         return
-    raise ValueError(
-        f"{argument}: the formula has no finite real value at any of {40 * POINTS} points up to 1e15 from 0"
-    )
+    raise ValueError(f"{argument} must have finite real values, got none at {40 * POINTS} points up to 1e15 from 0")

@@ -7,14 +7,11 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ...core.docstrings import inserts_parameters
+from ...core.numbers import shown
 from .angles import AreaTrace, Coordinates2
 
 TERMS = ("friction", "drive_period", "period", "damping", "forcing", "drive")
-FREE = (
-    "a body has no friction and no drive: write V of its stretches as hamiltonian(..., friction=0.1) or "
-    "hamiltonian(..., drive_period=6.28) or, with both, ode(affine_body(...), forces={'D1': 'f*cos(w*t) - g*p_D1', "
-    "'D2': '-g*p_D2'}, f=0.1, g=0.1, w=1.0)"
-)
+FREE = "For friction or a drive use hamiltonian(..., friction=0.1, drive_period=6.28) or ode(body, forces=...)."
 """Advice where a body should be damped or driven."""
 
 
@@ -205,14 +202,14 @@ def _refusing(made: Callable[..., Body]) -> Callable[..., Body]:
     def wrapped(*given: Any, **named: Any) -> Body:
         for name in named:
             if name in TERMS:
-                raise TypeError(f"Body takes potential and mu, got {name} = {named[name]!r}: {FREE}")
+                raise TypeError(f"Body takes potential and mu, got {name}={shown(named[name], 20)}. {FREE}")
         potential = given[1] if len(given) > 1 else named.get("potential")
         model = hasattr(potential, "degrees_of_freedom") and not hasattr(potential, "slopes")
         if model and not isinstance(potential, type):
             mass = ", its mass by fa.affine_body(..., mu=)" if hasattr(potential, "mu") else ""
             raise TypeError(
-                f"potential must be a potential of A and B (value, slopes, margin), got {potential!r}: "
-                f"{type(potential).__name__} is a model itself, without Body: pass it as it is{mass}"
+                "potential must be a potential of A and B (value, slopes, margin), got a model. Pass "
+                f"{type(potential).__name__} without Body{mass}."
             )
         return made(*given, **named)
 

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from ...core.identity import told_apart
+from ...core.numbers import reason, shown
 from .contracts import Arithmetic, OneVariable
 
 COMPLEX_STEP = 1e-100
@@ -768,21 +769,23 @@ def univariate(value: Arithmetic, slope: Arithmetic | None = None, curvature: Ar
 
 def _check_function(name: str, function: Any) -> None:
     if not inspect.isfunction(function):
-        raise TypeError(f"{name} must be a Python function of one number, got {function!r} ({type(function).__name__})")
+        raise TypeError(
+            f"{name} must be a Python function of one number, got {shown(function)} ({type(function).__name__})"
+        )
     x = np.array([0.3, 0.7])
     try:
         with np.errstate(all="ignore"):
             result = np.asarray(function(x))
             ones = [np.asarray(function(float(number))) for number in x]
     except Exception as problem:
-        raise ValueError(
-            f"{name} must take an array of numbers, at {x} it raised {type(problem).__name__}: {problem}"
-        ) from problem
+        raise ValueError(f"{name} must take an array of numbers, at {x} it raised {reason(problem)}") from problem
     if result.dtype.kind not in "fiu" or any(one.shape != () for one in ones) or result.shape not in ((2,), ()):
-        raise ValueError(f"{name} must return one real number for each of {x}, got {result!r}")
+        raise ValueError(f"{name} must return one real number for each of {x}, got {shown(result)}")
     if not np.allclose(np.broadcast_to(result, 2), np.array(ones), rtol=1e-12, atol=0, equal_nan=True):
         raise ValueError(
-            f"{name} must be vectorised: on {x} it returned {result!r}, one at a time {[float(o) for o in ones]}"
+            f"{name} must be vectorised, got {shown(result, 40)} on "
+            f"{shown(x.tolist() if hasattr(x, 'tolist') else x, 40)} and {shown([float(o) for o in ones], 40)} one at "
+            "a time"
         )
 
 
@@ -796,7 +799,7 @@ def _check_slope(name: str, function: Callable, slope: Callable) -> None:
         expected = (8 * (samples[2] - samples[1]) - (samples[3] - samples[0])) / (12 * h)
         gap = np.abs(given - expected) / (np.abs(samples).max(axis=0) + np.abs(expected))
     if np.any(gap[np.isfinite(gap)] > 1e-4):
-        raise ValueError(f"{name} must be the derivative: at {x} it is {given}, differences give {expected}")
+        raise ValueError(f"{name} must be the derivative, got {given} at {x}, differences give {expected}")
 
 
 def _jitable(function: Callable) -> Callable:
@@ -819,8 +822,7 @@ def _complex_slope(name: str, value: Callable) -> Callable:
                 raise TypeError("it dropped the imaginary part")
     except Exception as problem:
         raise ValueError(
-            f"{name} must take complex numbers where its slope is not given ({type(problem).__name__}: {problem}); "
-            "give slope=dV/dx"
+            f"{name} must take complex numbers if its slope is not given ({reason(problem)}). Use slope=dV/dx."
         ) from problem
     slope.__module__ = value.__module__
     return slope

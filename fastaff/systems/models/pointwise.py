@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ...core.numbers import reason
+
 FAILS = (TypeError, ValueError, AttributeError, ArithmeticError)
 """Errors of methods that take no arrays, or have no value at a point."""
 
@@ -41,9 +43,7 @@ def _one_by_one(model: Any, method: str, rows: Sequence[Any], problem: Exception
             break
     first = next((entry for entry in found if entry is not None), None)
     if first is None:
-        raise TypeError(
-            f"{type(model).__name__}.{method} does not give numbers ({type(problem).__name__}: {problem})"
-        ) from None
+        raise TypeError(f"{type(model).__name__}.{method} does not give numbers ({reason(problem)})") from None
     several = isinstance(first, (tuple, list))
     nothing = [np.nan] * len(first) if several else np.nan
     values = np.array([nothing if entry is None else entry for entry in found], dtype=np.float64)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import real
+from ...core.numbers import real, shown
 from .angles import Coordinates2
 from .body import Body
 from .mechanics import system_of
@@ -277,7 +277,7 @@ def reduced_body(model: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
     """
     if not system_of(model).isotropic:
         raise TypeError(
-            f"model must be a Body, whose potential depends on alpha and beta alone, got {model!r} "
+            f"model must be a Body, whose potential depends on alpha and beta alone, got {shown(model)} "
             f"({type(model).__name__})"
         )
     return ReducedBody(model.potential, model.mu, real("p_eta", p_eta), real("p_gamma", p_gamma))

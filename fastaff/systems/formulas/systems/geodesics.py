@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ....core.numbers import positive, real
+from ....core.numbers import positive, real, shown
 from .system import NamedSystem, chosen, makes
 
 
@@ -161,5 +161,5 @@ def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
     """
     system = {"coordinate": KERR, "mino": MINO}[chosen("time", time, ("coordinate", "mino"))]
     if not -1 < real("a", a) < 1:
-        raise ValueError(f"a must be between -1 and 1, got {a!r}")
+        raise ValueError(f"a must be between -1 and 1, got {shown(a)}")
     return system.made({"a": float(a)}, domain="r - 1 - sqrt(1 - a**2)")

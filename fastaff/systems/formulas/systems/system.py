@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ....core.names import named
-from ....core.numbers import shown
+from ....core.numbers import listed, shown
 from ..formula import hamiltonian
 
 Constants = Callable[[Any, np.ndarray], dict[str, Any]]
@@ -64,5 +64,5 @@ def of_angles(model: Any, z: np.ndarray) -> dict[str, Any]:
 def chosen(argument: str, given: Any, names: tuple[str, ...]) -> str:
     """Return `given` if it is one of the names; raise TypeError or ValueError for anything else."""
     if not isinstance(given, str):
-        raise TypeError(f"{argument} must be one of {', '.join(names)}, got {shown(given)} ({type(given).__name__})")
+        raise TypeError(f"{argument} must be one of {listed(names)}, got {shown(given)} ({type(given).__name__})")
     return named(argument, given, names)
