@@ -102,7 +102,7 @@ def plot_web(
     if isinstance(axes, EnergyGrid):
         over = axes.axes
         coordinates = axes.names
-    said = f"{0 if marked is None else marked.sum()} starts locked in a resonance that is drawn"
+    said = f"{0 if marked is None else marked.sum()} orbits trapped in a resonance that is drawn"
     points = _mark(ax, marked, over, said) if marked is not None else None
     if not ax.get_xlabel():
         words = [f"${symbol(name)}$" for name in coordinates] or [
