@@ -218,7 +218,17 @@ def page_text(name: str) -> str:
     lines = [page.title, "=" * len(page.title), "", page.about, ""]
     for module in dict.fromkeys(module for module, _ in members(page)):
         names = [f"   {entry}" for owner, entry in members(page) if owner == module]
-        lines += [f".. currentmodule:: {module}", "", ".. autosummary::", "   :nosignatures:", "", *names, ""]
+        lines += [
+            f"In ``{module}``:",
+            "",
+            f".. currentmodule:: {module}",
+            "",
+            ".. autosummary::",
+            "   :nosignatures:",
+            "",
+            *names,
+            "",
+        ]
     lines += [".. currentmodule:: None", "", *(_entry(module, entry) for module, entry in members(page))]
     return "\n".join(lines)
 

@@ -95,7 +95,7 @@ def test_python_of_readme_runs(capsys, tmp_path, monkeypatch):
     exec(compile(block, "README.md", "exec"), names)
     assert (names["section"].status == fastaff.Status.OK).all()
     assert (names["freq"]["error_x"][:2] < 1e-6).all()
-    (said,) = re.findall(r"print\(chaos.summary\(\)\)  # (.*)", block)
+    (said,) = re.findall(r"print\(chaos.summary\(\)\)\n# (.*)", block)
     assert said in capsys.readouterr().out
     assert np.array_equal(fastaff.load("section.npz").points, names["section"].points, equal_nan=True)
     sys.modules["matplotlib.pyplot"].close("all")
