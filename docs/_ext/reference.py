@@ -239,6 +239,7 @@ def command_line() -> str:
 
     text = app().generate_docs(output_format="markdown")
     text = re.sub(r"## Table of Contents\n.*?(?=\*\*Commands\*\*)", "", text, flags=re.DOTALL)
+    text = re.sub(r"^(fastaff [\w-]+) -m \w+ ", r"\1 ", text, flags=re.MULTILINE)  # as started by `python -m sphinx`
     text = text.replace("\n        ", " ").replace("```console\nfastaff COMMAND\n```\n", "")
     return text.replace("# fastaff\n", "", 1)
 

@@ -42,8 +42,8 @@ except ImportError:  # `main` says so in one line
 HELP = """Compute Poincaré sections, frequency maps and chaos maps of many orbits.
 
 Commands that compute use all cores, draw a PNG and write an .npz file with the numbers, all parameters, versions and
-the seed; `fastaff.load` reads it. Ctrl-C, SIGTERM or SIGHUP stops within a second and keeps what is finished. Exit
-codes: 0; 1 if `doctor` finds a fault; 2 for wrong input; 130 after a stop; 141 if the reader of a pipe has left.
+the seed; `fastaff.load` reads it. Ctrl-C, SIGTERM or SIGHUP stops within a second and keeps finished results.
+Exit codes: 0 for success, 1 if `doctor` finds a fault, 2 for wrong input, 130 after a stop, 141 after a closed pipe.
 
 Large grids are jobs: `--write-job map.toml` writes one, `fastaff run map.toml` computes it into a store, and
 `fastaff resume map.zarr` resumes it, here or on other machines.
@@ -91,8 +91,8 @@ class Output:
     """The files to write."""
 
     out: Path | None = None
-    """Path without ending, or with that of the figure: .png, .pdf or .svg; or a folder. .npz and the figure's are
-    added, and a number where they exist. [fastaff-poincare, fastaff-frequency-map, ...]
+    """Folder, or path with or without the ending of the figure: .png, .pdf or .svg. The endings are added, and a number
+    if the files exist. [fastaff-poincare, fastaff-frequency-map, ...]
     """
     overwrite: bool = False
     """Replace existing files instead of numbering the new ones."""
@@ -158,7 +158,7 @@ class FigureOptions:
 
     colour: str | None = None
     """The quantity that colours the orbits: an indicator such as sali or megno, diffusion, a ratio of frequencies such
-    as beta/alpha, or another column such as energy_error; it is computed where the command does not. [diffusion; the
+    as beta/alpha, or another column such as energy_error. It is computed if needed. [diffusion; the
     indicators and the classification]
     """
     vmin: float | None = None
@@ -221,7 +221,7 @@ class Workers:
     dask: str | None = None
     """Address of a dask scheduler whose workers compute the chunks; they must reach the store by the same path."""
     allow_other_cpu: bool = False
-    """Go on with a store that was begun on another kind of processor, though the last digits may differ."""
+    """Resume a store that was begun on another type of processor, although the last digits may differ."""
 
     def check(self) -> None:
         """Refuse numbers below 1, and two kinds of workers."""
@@ -239,7 +239,7 @@ class LogOptions:
     """The messages while a job runs."""
 
     quiet: bool = False
-    """Say nothing but errors: no progress, no table."""
+    """Print only errors: no progress, no table."""
     log: str | None = None
     """json: a line of JSON for each finished chunk and one at the end, on standard output, instead of bar and table."""
 

@@ -29,8 +29,7 @@ def animate(
     out: Annotated[Path, Parameter(group=WRITTEN)] = Path("fastaff-animation.gif"),
     overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
 ) -> int:
-    """Animate motions: a body as the ellipse that it is, with its material lines; a system of two coordinates as a
-    point in its potential.
+    """Animate motions: a body as an ellipse with its material lines, a system of two coordinates as a moving point.
 
     Parameters
     ----------

@@ -10,8 +10,8 @@ from ..options import HOW, Parameter
 def cache(*, clear: Annotated[bool, Parameter(group=HOW)] = False) -> int:
     """Print the folder of compiled kernels, its size and its number of files.
 
-    Where the files take more than 2 GiB, those that were used longest ago are removed by themselves. What is not there
-    is compiled when it is first used.
+    If the files take more than 2 GiB, those that were used longest ago are removed. A kernel without a file is compiled
+    at its first use.
 
     Parameters
     ----------

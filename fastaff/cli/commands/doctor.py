@@ -34,8 +34,8 @@ LITTLE = 256 * 2**20
 def doctor(*, as_json: Annotated[bool, Parameter(name="--json", group=WRITTEN)] = False) -> int:
     """Print the installed packages and the machine, and check a small computation with a known answer and its speed.
 
-    The last line is a stamp of the machine for reports. Exit code 1, with a sentence for each, where something is
-    wrong: a dependency that is too old, a cache that cannot be written, little memory, a wrong result.
+    The last line is a stamp of the machine for reports. For each problem the command prints a sentence and ends with
+    exit code 1: an old dependency, a cache that cannot be written, little memory, a wrong result.
 
     Parameters
     ----------

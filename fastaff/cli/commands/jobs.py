@@ -41,10 +41,10 @@ def run(
     overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
     told: LogOptions = LogOptions(),
 ) -> int:
-    """Run a job, chunk by chunk, into a store that keeps all finished ones; the same command again goes on from there.
+    """Run a job, chunk by chunk, into a store that keeps all finished chunks; the same command resumes it.
 
-    Prints a table of the outcomes of the orbits, which `fastaff status STORE` shows again. Ctrl-C stops within a second
-    and prints the command that goes on, as does SIGTERM.
+    The command prints a table of the outcomes of the orbits, which `fastaff status STORE` shows again. Ctrl-C or
+    SIGTERM stops it within a second and prints the command that resumes the job.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def run(
 
 
 def resume(store: Path, /, *, workers: Workers = Workers(), told: LogOptions = LogOptions()) -> int:
-    """Go on with the job of a store where it was stopped; the result is bit for bit that of a run without a stop.
+    """Resume the job of a store where it was stopped; the result is bitwise equal to that of a run without a stop.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def rerun(
     workers: Workers = Workers(),
     told: LogOptions = LogOptions(),
 ) -> int:
-    """Run the orbits of a store that failed again another way; their new numbers take the place of the old ones.
+    """Repeat the failed orbits of a store with other options; the new results replace the old ones.
 
     Prints the table of the outcomes of all orbits. A stopped rerun goes on by `fastaff resume`.
 

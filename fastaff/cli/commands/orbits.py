@@ -99,9 +99,9 @@ def frequencies(
 ) -> int:
     """Compute the fundamental frequencies of orbits of one energy surface, and draw their map and their diffusion.
 
-    Orbits start on a grid of the section (40x40) or at random points of it. Two panels: diffusion over the section, and
-    the ratios of frequencies with the resonance lines m:n on which orbits stand. Frequencies are in cycles per unit
-    time.
+    Orbits start on a grid of the section (40x40) or at random points of it. Two panels show the diffusion over the
+    section, and the ratios of frequencies with the resonance lines m:n that hold orbits. Frequencies are in cycles per
+    unit time.
 
     Parameters
     ----------
@@ -135,12 +135,11 @@ def chaos_map(
     look: FigureOptions = FigureOptions(),
     scan: Annotated[list[str] | None, Parameter(group=HOW)] = None,
 ) -> int:
-    """Tell regular from chaotic orbits of one energy surface, and draw the map; or the chaotic fraction over parameters
-    (--scan).
+    """Classify orbits of one energy surface as regular or chaotic, or draw the chaotic fraction over parameters.
 
-    Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. There is a
-    panel for each indicator and one for the classification, that of the indicators that decide; it is undecided where
-    they disagree or none decides.
+    Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. Each
+    indicator has a panel. The last panel shows the classification by the indicators that decide. An orbit is undecided
+    if they disagree or none decides.
 
     Parameters
     ----------

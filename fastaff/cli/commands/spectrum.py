@@ -51,10 +51,12 @@ def energy_levels(
 ) -> int:
     """Compute quantum levels with their degeneracies and errors, print them and draw them.
 
-    --hamiltonian in one to three coordinates has the levels of a vibration, without --m and --l. A body without these
-    has its lowest levels, none missing; with both, those of one symmetry class e^(i m phi + i l psi) or of several. The
-    figure shows levels against the spin m and their degeneracies; levels against m, l or a parameter (--scan); or, for
-    one class, probability densities of its states with the classical turning curve.
+    For --hamiltonian in one to three coordinates, the levels are those of a vibration, without --m and --l. For a body
+    without --m and --l they are its lowest levels, none missing. With both, they are the levels of one or more symmetry
+    classes e^(i m phi + i l psi).
+
+    The figure shows levels against the spin m and their degeneracies. With --scan it shows levels against m, l or a
+    parameter. For one class it shows probability densities of the states with the classical turning curve.
 
     Parameters
     ----------
