@@ -71,8 +71,8 @@ class Model:
 
     model: str | None = None
     """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K) or henon-heiles (lam).
-    With --parameter: a system of `fa.models` by its name in small letters, such as double-pendulum or kerr-geodesic, or a
-    map: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map. An unknown name lists all. [neo-hookean]
+    With --parameter: a system of `fa.models` by its name in small letters, such as double-pendulum or kerr-geodesic, or
+    a map: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map. An unknown name lists all. [neo-hookean]
     """
     C: float | None = None
     """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""
