@@ -659,8 +659,8 @@ ROWS = [
         lambda: fa.quantum.all_levels(PLANE, max_energy=1.0),
         TypeError,
         (
-            "model must be a Body with a doubly isotropic potential, got the system. Use spectrum(model, "
-            "count=..., hbar=...) for one to 3 coordinates."
+            "model must be a Body with a doubly isotropic potential, got the system of 2 coordinates. Use "
+            "spectrum(model, count=..., hbar=...) for one to 3 coordinates."
         ),
     ),
     (

@@ -15,7 +15,8 @@ Mask = NDArray[np.bool_]
 
 def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
     """Return `value` as floats of shape (*leading, ...); raise ValueError or TypeError that names the fault."""
-    takes = f"{name} must be finite real numbers of shape ({', '.join([*map(str, leading), '...'])})"
+    shape = f" of shape ({', '.join([*map(str, leading), '...'])})" if leading else ""
+    takes = f"{name} must be finite real numbers{shape}"
     try:
         array = an_array(name, value)
     except ValueError:
@@ -27,7 +28,8 @@ def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
     array = array.astype(np.float64, copy=False)
     if not np.isfinite(array).all():
         index = first(~np.isfinite(array))
-        raise ValueError(f"{takes}, got {array[index]} at index {index}. Leave out orbits that have failed.")
+        place = f" at index {index}" if index else ""
+        raise ValueError(f"{takes}, got {array[index]}{place}. Leave out orbits that have failed.")
     return array
 
 

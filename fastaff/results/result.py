@@ -576,7 +576,7 @@ def named(result: Result, name: str) -> Any:
     if derived is not None:
         return derived
     known = [row for row in rows if row.partition("_")[0] not in own] or own
-    hint = did_you_mean(name, [*own, *rows]) or f" Names: {listed(known)}."
+    hint = did_you_mean(name, [*own, *rows]) or f" Names: {listed(known).removesuffix('.')}."
     raise KeyError(f"{type(result).__name__} has no field {shown(name)}.{hint}")
 
 

@@ -165,8 +165,8 @@ class TorusFit(Result, axis=None):
         of_flow = isinstance(self.model, Unknown) or not turned(self._system)
         if self.dimension != n or not of_flow or not np.isfinite(self.coefficients).all():
             raise ValueError(
-                f"maslov is defined for tori of {n} dimensions of a flow, got {SENTENCES[self.classification]} of "
-                f"dimension {self.dimension}"
+                f"maslov must be of a torus of {n} dimensions of a flow, got dimension {self.dimension} "
+                f"({SENTENCES[self.classification]})"
             )
         return np.array([self._caustics(i) for i in range(n)])
 

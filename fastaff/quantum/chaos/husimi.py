@@ -223,8 +223,8 @@ def husimi(
             return found
         if count >= LARGEST:
             raise ValueError(
-                f"state must fit in {count} radial quanta of width = {sides}, {1 - found.norm:.2g} of its norm is "
-                "left out. Try another width or a larger tolerance."
+                f"state must fit in {count} radial quanta of width = {sides}, got {1 - found.norm:.2g} of its norm "
+                "outside. Try another width or a larger tolerance."
             )
         count = min(2 * count, LARGEST)
 

@@ -114,9 +114,9 @@ def coherent_packet(
         chosen = [one]
         share = math.prod(found.get(k, 0.0) for found, k in zip(quanta, _turns(one), strict=True))
         if share < 1e-12:
-            means = [round(float(np.average(list(found), weights=list(found.values()))), 2) for found in quanta]
+            means = [round(float(np.average(list(found), weights=list(found.values()))), 2) + 0.0 for found in quanta]
             raise ValueError(
-                f"m and l must be of a class of the packet, got {share:.1e} of it in m = {m}, l = {l}. Try (m - l)/2 "
+                f"m and l must be of a class of the packet, got {share:.2g} of it in m = {m}, l = {l}. Try (m - l)/2 "
                 f"= {means[0]}, (m + l)/2 = {means[1]}."
             )
     else:

@@ -37,14 +37,14 @@ def too_large(size: float, largest: int, parts: tuple[Panels, Panels], narrow: b
     if not narrow:
         ends = parts[0].edges
         return MatrixTooLarge(
-            f"{size:.3g} functions of rho and vartheta, more than {largest}: waves are short in the room they have, "
-            f"rho = {ends[0]:.3g} to {ends[-1]:.3g}; take a larger hbar, smaller m and l, or fewer levels"
+            f"{size:.3g} functions of rho and vartheta, more than {largest}, for waves in rho = {ends[0]:.3g} to "
+            f"{ends[-1]:.3g}. Try a larger hbar or a smaller m, l or count."
         )
     place = [int(np.argmin(np.diff(part.edges[1:-1]))) + 1 if part.edges.size > 3 else 0 for part in parts]
     q, x = (float(part.edges[k]) for part, k in zip(parts, place, strict=True))
     return MatrixTooLarge(
-        f"{size:.3g} functions of rho and vartheta, more than {largest}, however few levels are asked for: V has "
-        f"features so narrow, as at rho = {q:.4g} or cos(vartheta) = {x:.4g}; take wider ones"
+        f"{size:.3g} functions of rho and vartheta, more than {largest}: V has narrow features. Widen "
+        f"those at rho = {q:.4g} or cos(vartheta) = {x:.4g}."
     )
 
 

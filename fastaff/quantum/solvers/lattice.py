@@ -94,10 +94,7 @@ def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -
     narrower than the step, or singular, it is not.
     """
     if (points := max(grid.V.shape)) > LINE:
-        raise BasisTooLarge(
-            f"model must be resolved by {LINE} points of one coordinate, got {points}. Try a larger hbar or fewer "
-            "levels."
-        )
+        raise BasisTooLarge(f"{points} points of one coordinate, more than {LINE}. Try a larger hbar or fewer levels.")
     T = [kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
     H, basis = _hamiltonian(T, grid, cut)
     if len(H) < count:
@@ -167,10 +164,9 @@ def matrix(T: list[np.ndarray], V: np.ndarray, kept: np.ndarray, cut: float) -> 
         energies.append(E[below])
         states.append(basis @ C[:, below])
         nodes.append(np.full(int(below.sum()), i))
-        if (size := sum(map(len, energies))) > LARGEST:
+        if sum(map(len, energies)) > LARGEST:
             raise BasisTooLarge(
-                f"model must be resolved by {size} functions of {V.ndim} coordinates, got more. Try a larger hbar or "
-                "fewer levels."
+                f"more than {LARGEST} functions of {V.ndim} coordinates. Try a larger hbar or fewer levels."
             )
     G = np.concatenate(states, axis=1)
     node = np.concatenate(nodes)

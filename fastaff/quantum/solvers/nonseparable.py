@@ -150,8 +150,8 @@ def plane_levels(
 def _unlike(chosen: SymmetryClass) -> str:
     """Return the end of the error for levels that are near none of the functions of their class."""
     return (
-        f"other functions than those of |m - l| = {2 * chosen.a:g} and |m + l| = {2 * chosen.b:g}, whose barriers are "
-        "so unlike V that none of them are near its levels; take smaller m and l, or a larger hbar"
+        f"functions nearer to V than those of |m - l| = {2 * chosen.a:g}, |m + l| = {2 * chosen.b:g}. "
+        "Try smaller m and l, or a larger hbar."
     )
 
 
