@@ -511,7 +511,7 @@ def test_an_equilibrium_is_regular_for_every_indicator():
     [
         ({"indicators": 3.5}, TypeError, "must be a tuple"),
         ({"indicators": ()}, TypeError, "must be a tuple"),
-        ({"indicators": (SALI,)}, TypeError, r"write SALI\(\)"),
+        ({"indicators": (SALI,)}, TypeError, r"Use SALI\(\)"),
         ({"indicators": ("salli",)}, ValueError, "indicators must be one of .*Did you mean sali"),
         ({"indicators": (SALI(), SALI(threshold=-5.0))}, ValueError, "must differ"),
         ({"indicators": (GALI(5),)}, ValueError, r"GALI.count must be 2 ... 4"),

@@ -148,7 +148,7 @@ def test_times_that_no_run_comes_to_the_end_of(name, T):
 @pytest.mark.parametrize("value", [1, "x", (), {}])
 def test_a_report_is_a_function(name, value):
     function, _ = battery.CALLS[name]
-    with pytest.raises(TypeError, match="callback must be a function of the fraction that is done, or None, got"):
+    with pytest.raises(TypeError, match="callback must be a function of the fraction done, or None, got"):
         function(**{**battery.base(name), "callback": value})
 
 

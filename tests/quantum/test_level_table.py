@@ -49,9 +49,11 @@ def test_parts_of_a_table(make):
     assert [one.E[0] for one in found] == found.E.tolist()
     assert found["E"] is found.E
     np.testing.assert_array_equal(found[f"n_{found.names[0]}"], found.n[0])
-    for wrong in ("nothing", 1.5, [0.5], True, len(found)):
+    for wrong in ("nothing", 1.5, [0.5], True):
         with pytest.raises((TypeError, ValueError, KeyError)):
             found[wrong]
+    with pytest.raises(IndexError, match=f"the level index {len(found)} is out of range"):
+        found[len(found)]
 
 
 def test_exact_quasiclassical_and_computed_levels_are_the_same():
@@ -128,4 +130,4 @@ def test_levels_without_a_torus_have_a_status_and_no_energy():
 def test_a_basis_that_is_too_small_is_not_converged():
     found = spectrum(Body(Hyperelastic()), m=0, l=0, count=3, tolerance=1e-300)
     assert (found.status == Status.NOT_CONVERGED).all()
-    assert "3 of them not OK" in repr(found)
+    assert "3 not converged at tolerance=1e-300" in repr(found)

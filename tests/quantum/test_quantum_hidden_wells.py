@@ -160,7 +160,7 @@ def test_levels_that_a_grid_does_not_hold_are_not_denied(text, names, words):
 
 
 def test_too_many_points_of_a_line_are_refused():
-    with pytest.raises(ValueError, match="points of one coordinate, more than 4096"):
+    with pytest.raises(ValueError, match="count = 5000 needs 8193 points of one coordinate, more than 4096"):
         spectrum(fa.hamiltonian("x**2/2", coordinates="x"), count=5000)
 
 

@@ -172,9 +172,9 @@ def test_levels_within_their_errors_are_one_multiplet():
         (Body(Harmonic()), {"max_energy": math.inf}, ValueError, "max_energy must be finite"),
         (Body(Harmonic()), {"multiplets": 2, "hbar": 0.0}, ValueError, "hbar"),
         (Body(Harmonic()), {"multiplets": 2, "chart": "elliptic"}, ValueError, "chart"),
-        (Body(NeoHookean()), {"multiplets": 2, "chart": "alpha-beta"}, ValueError, "separate"),
+        (Body(NeoHookean()), {"multiplets": 2, "chart": "alpha-beta"}, ValueError, "model must be separable"),
         (HenonHeiles(), {"multiplets": 2}, TypeError, "Body"),
-        (Body(HeavyTop(A=-3.0)), {"multiplets": 2}, NoGroundState, "no ground state"),
+        (Body(HeavyTop(A=-3.0)), {"multiplets": 2}, NoGroundState, "no lower bound"),
     ],
 )
 def test_wrong_input_of_lists(body, changes, error, words):
@@ -277,7 +277,7 @@ def test_wrong_input_of_diagrams(changes, error, words):
 
 def test_diagrams_against_spin_need_one_sequence():
     for m, l in ((0, 0), ([0, 2], [0, 2])):
-        with pytest.raises(ValueError, match="one of m and l"):
+        with pytest.raises(ValueError, match="m or l must be a sequence and the other a whole number"):
             class_diagram(Body(Harmonic()), m=m, l=l, count=2)
     with pytest.raises(ValueError, match="non-empty"):
         class_diagram(Body(Harmonic()), m=[], l=0, count=2)

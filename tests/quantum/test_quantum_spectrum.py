@@ -89,7 +89,7 @@ def test_the_critical_heavy_top():
     near = spectrum(Body(HeavyTop(A=CRITICAL_A * (1 - 1e-9))), m=0, l=0, count=1)
     assert near.E[0] == pytest.approx(1.0, abs=1e-4)
     for A in (CRITICAL_A * (1 + 1e-9), -3.0):
-        with pytest.raises(NoGroundState, match="no ground state"):
+        with pytest.raises(NoGroundState, match="no lower bound"):
             spectrum(Body(HeavyTop(A=A)), m=0, l=0, count=1)
     assert spectrum(Body(HeavyTop(A=3.0)), m=2, l=0, count=1).E[0] > 0  # its centrifugal term holds
 
@@ -300,7 +300,7 @@ def falling(q):
             SeparableAlphaBeta(univariate(lambda q: q**2 + 1 / (q - 1) ** 2), Oscillator()),
             {},
             ValueError,
-            "pole at 1;",
+            r"pole at 1\. ",
         ),
         (SeparableAlphaBeta(univariate(lambda q: np.tan(q) ** 2), Oscillator()), {}, ValueError, "pole at 1.5708"),
         (SeparableRVartheta(Spring(), univariate(lambda v: 1 / np.cos(v) ** 2)), {}, ValueError, "pole at 1.5708"),
@@ -341,7 +341,7 @@ def test_no_level_is_lost_where_inner_exponents_are_weak():
 def test_what_has_no_levels_is_refused_before_quantum_numbers_are_asked_for():
     for model, said in (
         (fa.HenonHeiles(), "missing 1 required keyword-only argument: 'count'"),
-        (fa.hamiltonian("(x**2 + y**2 + z**2 + w**2)/2", coordinates="x y z w"), "in one to 3 coordinates"),
+        (fa.hamiltonian("(x**2 + y**2 + z**2 + w**2)/2", coordinates="x y z w"), "for one to 3 coordinates"),
         (fa.iterated_map("p1 = p + sin(x); x1 = x + p1"), "H = T"),
     ):
         with pytest.raises(TypeError, match=said):

@@ -162,7 +162,7 @@ def test_a_potential_that_only_falls_says_where_it_is_low(text, place):
 def test_masses_that_depend_on_the_place_are_told_of_tori():
     """The levels by the torus that the refusal names are those of its Hamiltonian's action, by quadrature."""
     model = fa.hamiltonian("p**2/(2*(1 + q**2)) + q**2/2", coordinates="q", momenta="p")
-    with pytest.raises(TypeError, match=r"is H\(q, p\); .* fa.fit_torus\(body, z0, time=...\)"):
+    with pytest.raises(TypeError, match=r"must be a system H = T\(p\) \+ V\(q\), got H\(q, p\)\. Use fa.fit_torus"):
         spectrum(model, count=2)
     fit = fa.fit_torus(model, [0.4, 0.0], time=300.0)
     q = 0.4 * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 4001))
@@ -179,7 +179,7 @@ def test_wrong_calls_say_the_right_one():
         spectrum(fa.Body(fa.Harmonic()), count=2)
     with pytest.raises(ValueError, match="count must be at least 1"):
         spectrum(model, count=0)
-    with pytest.raises(ValueError, match="take a larger hbar"):
+    with pytest.raises(ValueError, match=r"count = 8000 needs more than 2500 functions .* Try a larger hbar"):
         spectrum(fa.HenonHeiles(), count=8000, hbar=1e-4)
     four = fa.hamiltonian("(a**2 + b**2 + c**2 + d**2)/2", coordinates="a b c d")
     with pytest.raises(TypeError, match="one to 3 coordinates"):

@@ -451,7 +451,7 @@ def wave(**change):
         ({"chart": TWO_POLAR}, ValueError, "chart must be"),
         ({"chart": "alpha-beta"}, ValueError, "chart must be"),
         ({"model": Body(Hyperelastic()), "chart": R_VARTHETA}, ValueError, "closed-form"),
-        ({"model": Body(NeoHookean())}, ValueError, "model must separate"),
+        ({"model": Body(NeoHookean())}, ValueError, "model must be separable, got a Body of NeoHookean"),
         ({"model": WALLS, "chart": R_VARTHETA}, ValueError, "chart must be one"),
         ({"model": Body(Harmonic(), -1.0)}, ValueError, "mu must be positive"),
     ],
@@ -490,7 +490,7 @@ def test_bad_input(change, error, words):
         (
             lambda: wave().density(1.0, np.inf),
             ValueError,
-            r"y \(beta\) must be finite real numbers of shape \(\.\.\.\), got inf at",
+            r"y \(beta\) must be finite real numbers, got inf\.",
         ),
         (lambda: wave().expectation(np.add, chart=EULER), ValueError, "chart must be"),
         (lambda: wave().norm(order=0), ValueError, "order must be"),
@@ -530,10 +530,10 @@ def states_of_every_solver():
     ("x", "y", "chart", "words"),
     [
         (1.0, -0.5, ALPHA_BETA, r"y \(beta\) must lie in .0, inf., got -0.5$"),
-        ([1.0, np.nan], 0.5, ALPHA_BETA, r"x \(alpha\) takes finite"),
+        ([1.0, np.nan], 0.5, ALPHA_BETA, r"x \(alpha\) must be finite real numbers, got nan at index \(1,\)"),
         (-1.0, 0.5, R_VARTHETA, r"x \(r\) must lie"),
         (1.0, [0.5, -0.5], R_VARTHETA, r"y \(vartheta\) must lie in .0, 3.14., got -0.5 at index \(1,\)"),
-        (1.0, np.nan, TWO_POLAR, r"y \(D2\) takes finite"),
+        (1.0, np.nan, TWO_POLAR, r"y \(D2\) must be finite real numbers, got nan\."),
     ],
 )
 def test_states_of_every_solver_refuse_what_are_no_invariants(states_of_every_solver, x, y, chart, words):

@@ -187,23 +187,26 @@ def test_poles_are_told_from_narrow_hills(seed):
         smooth = feature(("Gauss", "Lorentz")[seed % 2], sign * 10 ** rng.uniform(0, 8), c, width)
         assert well("V", lambda v, smooth=smooth: np.cos(v) + smooth(v), 0.0, np.pi).natural_hi
         power = rng.choice([1, 2, 4])
-        with pytest.raises(ValueError, match="has a pole"):
+        with pytest.raises(ValueError, match="V must be finite on one interval, got a pole at"):
             well("V", lambda v, power=power, sign=sign: sign / (v - c) ** power, 0.0, np.pi)
 
 
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: affine_body("r/2 + 30*exp(-((alpha - c)/w)**2)", c=1.3, w=0.002), "features so narrow"),
+        (
+            lambda: affine_body("r/2 + 30*exp(-((alpha - c)/w)**2)", c=1.3, w=0.002),
+            "needs .* more than .* V has narrow features",
+        ),
         (lambda: affine_body("r/2 + 1/(r - c)**2", c=2.0), "pole at 1.41421"),
         (lambda: affine_body("r/2 + c/(rho - 2) + D1*D2/9", c=1.0), "pole at 2"),
-        (lambda: affine_body("-k/rho + 0.1*D1*D2/(1 + r)", k=1.0), "waves are short"),
+        (lambda: affine_body("-k/rho + 0.1*D1*D2/(1 + r)", k=1.0), "needs .* more than .* for waves in rho = "),
     ],
 )
 def test_refusals_name_their_reason(call, words):
     with pytest.raises(ValueError, match=words) as told:
         spectrum(call(), m=0, l=0, count=1)
-    assert "ask for fewer" not in str(told.value)
+    assert "fewer" not in str(told.value)
 
 
 def test_units_of_any_size():
@@ -216,7 +219,7 @@ def test_units_of_any_size():
 
 
 def test_large_quantum_numbers_are_refused_by_name():
-    with pytest.raises(ValueError, match="smaller m and l"):
+    with pytest.raises(ValueError, match="smaller m, l or count"):
         spectrum(Body(NeoHookean(1.0, 2.0)), m=10**6, l=0, count=1)
     with pytest.raises(ValueError, match="70711 symmetry classes or more"):
         coherent_packet(

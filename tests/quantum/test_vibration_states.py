@@ -156,7 +156,7 @@ def test_wrong_calls_say_the_right_one():
     pendulum = fa.hamiltonian("1 - cos(x)", coordinates="x", periodic={"x": "2*pi"})
     state = spectrum(pendulum, count=3).state(0)
     assert abs((state.density(np.arange(64)[None] * 2 * np.pi / 64)).sum() * 2 * np.pi / 64 - 1) < 1e-9
-    with pytest.raises(ValueError, match="without periods"):
+    with pytest.raises(ValueError, match="must have no periodic coordinates for a Husimi function, got x"):
         husimi(state)
     one = spectrum(fa.hamiltonian("x**2/2", coordinates="x"), count=2).state(1)
     with pytest.raises(ValueError, match="width must be one positive number or 1"):
