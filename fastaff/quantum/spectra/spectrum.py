@@ -42,9 +42,8 @@ def _checked_body(model: Any) -> None:
     if not system.isotropic:
         why = f". Use spectrum(model, count=..., hbar=...) for one to {COORDINATES} coordinates."
         why = ". With angular potentials m and l are not quantum numbers." if system.planar else why
-        raise TypeError(
-            f"model must be a Body with a doubly isotropic potential, got {kind_of(model)} of {system.n} coordinates{why}"
-        )
+        got = f"{kind_of(model)} of {system.n} coordinates"
+        raise TypeError(f"model must be a Body with a doubly isotropic potential, got {got}{why}")
 
 
 def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
