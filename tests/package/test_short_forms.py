@@ -192,7 +192,7 @@ def test_indicators_that_are_none():
     assert indicators_of(3) == 3
     with pytest.raises(ValueError, match=r"indicators must be one of megno, .*got 'salli'\. Did you mean sali\?"):
         fa.chaos_map(HH, battery.Z4, time=1.0, indicators="megno,salli")
-    with pytest.raises(TypeError, match=r"a class; write SALI\(\)"):
+    with pytest.raises(TypeError, match=r"got <class '.*SALI'>\. Use SALI\(\)"):
         fa.chaos_map(HH, battery.Z4, time=1.0, indicators=fa.SALI)
 
 

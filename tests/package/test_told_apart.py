@@ -106,7 +106,7 @@ def test_parts_are_told_apart():
     ("names", "options"), [("x p_x", {}), ("p_x x", {}), ("p_y x y", {}), ("p_t x", {"drive_period": "2*pi"})]
 )
 def test_a_coordinate_with_the_name_of_a_momentum_is_refused(names, options):
-    with pytest.raises(ValueError, match=r"coordinate 'p_[xyt]' is taken: it is the name of the momentum of [xyt]"):
+    with pytest.raises(ValueError, match=r"coordinate 'p_[xyt]' is taken by the momentum of [xyt]"):
         fa.hamiltonian("x**2", coordinates=names, **options)
 
 

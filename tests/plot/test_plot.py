@@ -80,7 +80,7 @@ def test_edge_is_where_the_energy_grid_ends(section):
     for u, p in zip(edge.coordinate[middle], -edge.momentum[middle]):
         inside = fastaff.energy_grid(NEO, section=section, axes=([u], [0.95 * p]), **SURFACE)
         assert inside.cell_index.size == 1
-        with pytest.raises(ValueError, match="reaches no cell"):
+        with pytest.raises(ValueError, match=r"axes must reach points of energy 1\.5 on"):
             fastaff.energy_grid(NEO, section=section, axes=([u], [1.01 * p]), **SURFACE)
 
 
@@ -111,7 +111,7 @@ def test_a_section_at_a_pole_names_the_others():
     trap = fastaff.hamiltonian(
         "p_r**2/2 + p_z**2/2*(1 + r**2/9) + (L/r - r)**2/2 + z**2/2", coordinates="r z", momenta="p_r p_z", L=0.2
     )
-    with pytest.raises(ValueError, match=r"section r=0 has no points of finite energy: take z=c"):
+    with pytest.raises(ValueError, match=r"section r=0 has no points of finite energy\. Try z=c"):
         plot.edge(trap, "r=0", energy=0.5)
     assert plot.edge(trap, "z=0", energy=0.5).momentum.max() == pytest.approx(1.0, abs=1e-4)
 
@@ -274,7 +274,7 @@ def test_lines_may_be_one_line_or_a_text(ax):
         TypeError, match=r"lines must be triples .* k1 \* beta/alpha \+ k2 \* gamma/alpha \+ k0 = 0, .* got 4"
     ):
         plot.plot_frequency_map(found, ax=ax, lines=4)
-    with pytest.raises(ValueError, match="more than 400"):
+    with pytest.raises(ValueError, match="lines must be at most 400 in the figure, got more"):
         plot.plot_frequency_map(found, ax=ax, lines="order<=99")
 
 

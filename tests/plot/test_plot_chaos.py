@@ -178,7 +178,7 @@ def test_history_with_a_power_law(ax):
     np.testing.assert_allclose(np.interp(x, curve.get_xdata(), curve.get_ydata()), y, atol=1e-12)
     assert "t^{-2}" in drawn.labels[0].get_text()
     assert ax.get_ylim()[0] >= -10.5, "not far below the threshold of -7"
-    with pytest.raises(ValueError, match="has no history"):
+    with pytest.raises(ValueError, match="must have a history of sali to be drawn"):
         plot_chaos.plot_history(chaos_map(20), "sali", ax=ax)
     with pytest.raises(ValueError, match="indicator must be one of"):
         plot_chaos.plot_history(found, "fli", ax=ax)
