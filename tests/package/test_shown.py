@@ -70,7 +70,7 @@ def test_a_large_result_is_no_longer_than_a_small_one():
         z0 = np.repeat(battery.Z4[:, :1], orbits, axis=1)
         cut = fa.poincare_map(battery.HH, z0, section=battery.X, crossings=2, max_time=30.0, step=0.1)
         sizes.append(len(str(cut)))
-        assert repr(cut).startswith(f"SectionMap: {orbits} OK")
+        assert repr(cut).startswith(f"SectionMap: {orbits} orbits, {2 * orbits} crossings: {orbits} OK")
         assert "\n" not in repr(cut)
         assert str(cut).startswith(f"{cut!r}\n")
         assert f"float64 (4, 2, {orbits})" in str(cut)
