@@ -80,7 +80,13 @@ class Shares(NamedTuple):
         return Shares(*(count[sets] for count in self))
 
     def open(self) -> str:
-        """Say the bounds of the fraction for all orbits."""
+        """Return the bounds of the fraction for all orbits as text.
+
+        Returns
+        -------
+        str
+            For a caption, with the number of undecided orbits.
+        """
         total = int(np.sum(self.completed))
         if not total:
             return "chaotic fraction unknown: no orbits"
