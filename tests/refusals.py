@@ -66,7 +66,10 @@ ROWS = [
     (
         lambda: fa.poincare_map(HENON, Z4, **CUT | {"section": None}),
         TypeError,
-        ("section must be a text such as 'x=0' or a section such as fa.Hyperplane(normal, offset), got None (NoneType)"),
+        (
+            "section must be a text such as 'x=0' or a section such as fa.Hyperplane(normal, offset), got "
+            "None (NoneType)"
+        ),
     ),
     (
         lambda: fa.poincare_map(HENON, Z4, **CUT | {"section": fa.AlphaTurning}),
@@ -175,7 +178,11 @@ ROWS = [
             "such as np.linspace(low, high, 101)."
         ),
     ),
-    (lambda: fa.energy_grid(HENON, section="x=0"), TypeError, "energy must be given for a model that conserves it, got None"),
+    (
+        lambda: fa.energy_grid(HENON, section="x=0"),
+        TypeError,
+        "energy must be given for a model that conserves it, got None",
+    ),
     (
         lambda: fa.energy_grid(HENON, energy=-1.0, section="x=0"),
         ValueError,
@@ -353,9 +360,7 @@ ROWS = [
     (
         lambda: fa.integrate(BODY, misplaced(Z8, (slice(4), 1), (0.3, 0, 0.3, 0)), time=1.0),
         ValueError,
-        (
-            "z0 must lie in the domain of the potential (for most bodies det phi > 0), got margin 0 in orbit 1"
-        ),
+        ("z0 must lie in the domain of the potential (for most bodies det phi > 0), got margin 0 in orbit 1"),
     ),
     (
         lambda: fa.integrate("HenonHeiles", Z4, time=1.0),

@@ -132,7 +132,8 @@ def of_single(status: np.ndarray, symbol: str, names: Sequence[str], rows: np.nd
     status = np.asarray(status)
     if status.size != 1 or status.item() != Status.OK:
         return ""
-    return "; " + ", ".join(f"{symbol}_{name} = {value:.6g}" for name, value in zip(names, np.ravel(rows), strict=True))
+    known = [(name, value) for name, value in zip(names, np.ravel(rows), strict=True) if np.isfinite(value)]
+    return "; " + ", ".join(f"{symbol}_{name} = {value:.6g}" for name, value in known) if known else ""
 
 
 class OrbitError(RuntimeError):

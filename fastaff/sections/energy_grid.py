@@ -240,8 +240,7 @@ def no_planes(p_eta: Any, p_gamma: Any) -> None:
     """Refuse angular momenta together with rows by name."""
     if real("p_eta", p_eta) or real("p_gamma", p_gamma):
         raise ValueError(
-            f"p_eta and p_gamma are for the sections of a Body, got {p_eta}, {p_gamma}. Use fixed={{name: value}} for "
-            "other momenta."
+            f"p_eta and p_gamma must be 0 with axes by name, got {p_eta} and {p_gamma}. Use fixed={{name: value}}."
         )
 
 
