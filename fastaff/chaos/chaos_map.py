@@ -192,23 +192,24 @@ def chaos_map(
     {model}
     {z0}
     time : float
-        Length of the run, in units of time; for a map the number of iterates. No orbit is regular before 100 natural
-        periods.
+        Length of the run, in units of time; for a map the number of iterates. Orbits shorter than 100 natural periods
+        are never classified as regular.
     {indicators}
     history : int, default 0
-        Number of records of indicators of deviation vectors, at equal times. With an adaptive method they are at the
-        first step after these times.
+        Number of equally spaced times at which the indicators of deviation vectors are recorded. With an adaptive
+        method, each record is at the first step after its time.
     {early_stop}
     deviation_vectors : array_like, shape (count, 2n) or (count, 2n, orbits), optional
-        Independent deviation vectors at the start, of any length. Default: columns of a fixed random matrix that is
-        symplectic and orthogonal.
+        Initial deviation vectors, linearly independent, of any length. Default: columns of a fixed random matrix that
+        is symplectic and orthogonal.
     step : float or array_like, shape (orbits,), optional
-        Fixed step size, in units of time, shortened to divide the run. Default: chosen for each orbit, and halved up to
-        twice if its energy drifts. For an adaptive method it is the first step.
-    {scheme}
+        Fixed step size, in units of time, reduced to a whole fraction of the run. Default: chosen for each orbit, and
+        halved up to twice if its energy error exceeds `energy_tolerance`. For an adaptive method it is the first
+        step.
+    {tangent_scheme}
     {rtol}
     {atol}
-    {energy_tolerance}
+    {plain_energy_tolerance}
     {threads}
     {callback}
 
@@ -228,13 +229,14 @@ def chaos_map(
 
     Notes
     -----
-    - Method: one run with common deviation vectors, moved by the derivative of the method, made orthonormal about once
-      a radian. Results do not depend on units.
-    - Classification: by deviation vectors, an orbit is chaotic only if the largest length grows by a decade outside the
-      three eighths of the run with most growth. Orbits at rest, or of one degree of freedom without a drive, are never
-      chaotic.
-    - Maps: exponents and thresholds count a radian an iterate; OFLI and ReversibilityError are not supported.
-    - Cost: :math:`1.3 (1 + k)` plain runs for k vectors, one more for averages, 15 for FrequencyDiffusion.
+    - Method: one run with deviation vectors that all indicators share. The derivative of the integration method moves
+      them. They are made orthonormal about once per radian of the motion. Results do not depend on units.
+    - Classification: deviation vectors prove chaos only if the growth is lasting. Without the three eighths of the run
+      with most growth, the longest vector must still grow tenfold.
+    - Never chaotic: orbits at rest, and autonomous systems of one degree of freedom.
+    - Maps: one iterate counts as one radian. OFLI and ReversibilityError are not supported.
+    - Cost, in integrations without vectors: :math:`1.3 (1 + k)` for k vectors, 1 more for averages, 15 for
+      FrequencyDiffusion.
     - Memory: :math:`2(k^2 + nk + n)` numbers an orbit.
 
     See the explanation page on classification.
@@ -259,7 +261,8 @@ def chaos_map(
     slots = whole("history", history, 0)
     tangent = [entry for entry in chosen if entry.vectors(system.moving)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
-        raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
+        rest = listed([entry.name for entry in chosen if entry not in tangent])
+        raise ValueError(f"early_stop must be False with {rest}, got True. Use 'megno,sali', GALI or FLI.")
     plan = stable_plan(problem) if tangent else problem.plan()
     flow = plan.flow
     z = plan.z

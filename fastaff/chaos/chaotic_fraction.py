@@ -242,12 +242,12 @@ def chaotic_fraction(
     {early_stop}
     step : float, optional
         Fixed step size, in units of time. Default: chosen for each orbit.
-    {scheme}
+    {tangent_scheme}
     fallback : RungeKutta, str or None, default VERNER9
         Adaptive method for orbits that fixed steps lose at a steep potential barrier. None: no second run.
     {rtol}
     {atol}
-    {energy_tolerance}
+    {plain_energy_tolerance}
     {threads}
     {callback}
 

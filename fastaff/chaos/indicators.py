@@ -452,7 +452,7 @@ class GALI(_Volume):
         """
         rows = moving_rows(current_system(model))
         if not 2 <= whole(f"{where}.count", self.count, 2) <= rows:
-            raise ValueError(f"GALI.count must be 2 ... {rows} for {kind_of(model)}, got {self.count}")
+            raise ValueError(f"GALI.count must be from 2 to {rows} for {kind_of(model)}, got {self.count}")
 
 
 _KNOWN: tuple[Any, ...] = (

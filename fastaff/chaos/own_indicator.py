@@ -94,7 +94,7 @@ class TangentIndicator(VectorIndicator):
         if self.judge is not None and not inspect.isfunction(self.judge):
             raise TypeError(f"{where}.judge must be a function or None, got {shown(self.judge)}")
         if whole(f"{where}.count", self.count, 1) > rows:
-            raise ValueError(f"{where}.count must be 1 ... {rows} here, got {self.count}")
+            raise ValueError(f"{where}.count must be from 1 to {rows} here, got {self.count}")
         if not isinstance(self.parameters, tuple):
             raise TypeError(f"{where}.parameters must be a tuple of floats, got {shown(self.parameters)}")
         for j, number in enumerate(self.parameters):

@@ -96,6 +96,8 @@ def _missing(problem: Any, arguments: list[str]) -> str:
     """Say that an option has no value; where a word behind its name begins like another option, how to write it."""
     option = problem.keyword or problem.argument.name
     behind = next((b for a, b in itertools.pairwise(arguments) if a == option and b.startswith("-")), None)
+    if option not in arguments:
+        return f"{option} is required"
     said = f"{option} takes a value"
     if behind is not None and not behind.startswith("--"):
         said += f"; one that begins with - is written behind an equals sign: {option}={shlex.quote(behind)}"

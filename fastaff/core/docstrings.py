@@ -17,20 +17,21 @@ F = TypeVar("F", bound=Callable[..., Any] | type)
 PARAMETERS = {
     "model": """
         model : model
-            System to compute: a model of `fastaff`, a formula, a class of your own, or an object of gala, galpy,
-            heyoka, SymPy, xtrack, PyAT or MAD-X.
+            System to compute: a model of `fastaff`, a formula such as `hamiltonian("x**2 + y**2")`, a user-defined
+            class, or an object of gala, galpy, heyoka, SymPy, xtrack, PyAT or MAD-X.
         """,
     "z0": """
         z0 : array_like, shape (2n,) or (2n, orbits)
-            Initial conditions: coordinates, then their momenta; orbits are the last axis. An `EnergyGrid`, an
-            `EnergySample`, or an object of another package that holds phase points is accepted too: a
-            PhaseSpacePosition of gala (in kpc and Myr), an Orbit of galpy (in natural units), or Particles of xtrack
-            that are alive (x, y, px, py).
+            Initial conditions: coordinates, then their momenta; orbits are the last axis. Also accepted:
+
+            - an `EnergyGrid` or an `EnergySample`;
+            - a PhaseSpacePosition of gala (in kpc and Myr) or an Orbit of galpy (in natural units);
+            - Particles of xtrack (rows x, y, px, py of those that are alive).
         """,
     "accuracy": """
         accuracy : float, default 1e-10
-            Requested error of the results, relative to the amplitudes of the motion. The step size of each orbit is
-            chosen for it. Not available for ODE systems and adaptive methods: use `rtol` and `atol`.
+            Requested error of the results, relative to the amplitudes of the motion. It determines the step size of
+            each orbit. Not supported for ODE systems and adaptive methods; use `rtol` and `atol`.
         """,
     "step": """
         step : float or array_like, shape (orbits,), optional
@@ -40,7 +41,14 @@ PARAMETERS = {
     "scheme": """
         scheme : Scheme or str, optional
             Integration method or its name, for example ``"KAHAN_LI8"`` or ``"dop853"``. Default: the method that needs
-            the fewest force evaluations for the requested accuracy.
+            the fewest force evaluations for the requested accuracy. With a step: KAHAN_LI8, or GAUSS16 for
+            nonseparable Hamiltonians. ODE systems: DOP853.
+        """,
+    "tangent_scheme": """
+        scheme : Scheme or str, optional
+            Integration method or its name, for example ``"KAHAN_LI8"`` or ``"dop853"``. Default: the method that needs
+            the fewest force evaluations for an error of 1e-10. With a step: KAHAN_LI8, or GAUSS16 for nonseparable
+            Hamiltonians. ODE systems: DOP853.
         """,
     "rtol": """
         rtol : float, default 1e-12
@@ -48,13 +56,18 @@ PARAMETERS = {
         """,
     "atol": """
         atol : float, default 1e-12
-            Tolerance of an adaptive method relative to the size of each coordinate, or to its rate times the step if
-            that is larger. It does not depend on units.
+            Tolerance of an adaptive method, without a unit. It is relative to the size of each coordinate, or to its
+            rate times the step size if that is larger.
         """,
     "energy_tolerance": """
         energy_tolerance : float, optional
-            Relative energy error above which an orbit gets the status ``ENERGY_DRIFT``. Default: the larger of 1e-6
-            and ten times the accuracy.
+            Energy error, relative to the largest kinetic energy of an orbit, above which the orbit gets the status
+            ``ENERGY_DRIFT``. Default: the larger of 1e-6 and ten times the accuracy.
+        """,
+    "plain_energy_tolerance": """
+        energy_tolerance : float, default 1e-6
+            Energy error, relative to the largest kinetic energy of an orbit, above which the orbit gets the status
+            ``ENERGY_DRIFT``.
         """,
     "threads": """
         threads : int, optional
@@ -66,13 +79,18 @@ PARAMETERS = {
         """,
     "section": """
         section : Section or str, optional
-            Surface of section, or a short form: ``"x=0"`` is crossed upwards, ``"x=0-"`` downwards, ``"x=0+-"`` both
-            ways; ``"t=0"`` is the phase of a drive; ``"alpha-turning"`` and ``"beta=0.2"`` are sections of a body.
-            Default: the section of `z0` if it lies on one; none for a map.
+            Surface of section, or a short form:
+
+            - ``"x=0"``: crossings with x increasing; ``"x=0-"``: decreasing; ``"x=0+-"``: both;
+            - ``"t=0"``: phase of a driven system, once per period;
+            - ``"alpha-turning"`` or ``"beta=0.2"``: sections of a body.
+
+            Default: the section of `z0` if `z0` is a grid or sample on one; none for a map.
         """,
     "max_time": """
         max_time : float
-            Time after which an orbit ends even if crossings are missing. Not used for maps and stroboscopic sections.
+            Largest time of an orbit, whether or not it has all crossings. Not supported for maps and stroboscopic
+            sections.
         """,
     "chart": """
         chart : Chart or str, optional
@@ -85,8 +103,8 @@ PARAMETERS = {
     "signals": """
         signals : Angles or str, optional
             Angles whose frequencies are computed: an object of `fastaff.models.angles`, ``"R z phi"`` (cylindrical) or
-            ``"R phi"`` (polar). Default: the angles natural to the potential, else the plane of each coordinate and
-            its momentum. Not available for maps.
+            ``"R phi"`` (polar). Default: the angles of the model if it defines any, else the phase angle of each
+            coordinate with its momentum. Not supported for maps.
         """,
     "lines": """
         lines : int, optional
@@ -146,27 +164,29 @@ PARAMETERS = {
         indicators : Indicator, str or sequence of these, default (MEGNO(), SALI())
             Chaos indicators or their names: ``"megno"``, ``"sali"``, ``"gali_2"`` to ``"gali_8"``, ``"fli"``,
             ``"ofli"``, ``"lyapunov"``, ``"spectrum"``, ``"weighted_birkhoff"``, ``"frequency_diffusion"``,
-            ``"zero_one_test"``, ``"reversibility_error"``. A name stands for default thresholds; objects such as
-            ``SALI(threshold=-10)``, ``GALI(4)`` or a `TangentIndicator` have their own. ``"sali,gali_4"`` is two.
+            ``"zero_one_test"``, ``"reversibility_error"``. A text may hold several, ``"sali,gali_4"``. Names have
+            default thresholds. For other thresholds pass objects, for example ``SALI(threshold=-10)``.
         """,
     "early_stop": """
         early_stop : bool, default False
-            End an orbit as soon as all indicators classify it as chaotic. All must be read from deviation vectors.
+            End an orbit as soon as all indicators classify it as chaotic. Supported if all indicators follow deviation
+            vectors (FLI, GALI, MEGNO, SALI and others).
         """,
     "closing_model": """
         model : model
-            System to compute, with derivatives of its forces: two degrees of freedom or more, a driven system, a
-            symplectic map, or an ODE system of two variables or more.
+            System to compute, with derivatives of its forces: a Hamiltonian system of two degrees of freedom or more, a
+            driven system, a symplectic map, or an ODE system of two variables or more.
         """,
     "closing_tolerance": """
         tolerance : float, default 1e-12
-            An orbit is OK if ``|flow(z) - z| <= tolerance |M|``, in amplitudes of the motion, where M is its monodromy
-            matrix: a change of z by `tolerance` has this effect. Round-off of z is the least tolerance.
+            An orbit is OK if ``|flow(z) - z| <= tolerance |M|``, in units of the amplitudes of the motion. M is its
+            monodromy matrix, because a change of z by `tolerance` changes the return by so much. The tolerance is
+            never below the round-off of z.
         """,
     "closing_step": """
         step : float, optional
-            Fixed step size, in units of time. Default: chosen for each orbit, and shortened until it changes the return
-            by the tolerance or less.
+            Fixed step size, in units of time. Default: chosen for each orbit, and halved until another halving changes
+            the return by less than the tolerance.
         """,
     "closing_scheme": """
         scheme : Scheme or str, optional
@@ -179,8 +199,8 @@ PARAMETERS = {
         """,
     "closing_atol": """
         atol : float, default 1e-13
-            Tolerance of an adaptive method relative to the size of each coordinate, or to its rate times the step if
-            that is larger. It does not depend on units.
+            Tolerance of an adaptive method, without a unit. It is relative to the size of each coordinate, or to its
+            rate times the step size if that is larger.
         """,
     "invariants": """
         A, B : float or array_like
@@ -277,8 +297,8 @@ PARAMETERS = {
         """,
     "quantum_chart": """
         chart : Chart, optional
-            Coordinates in which the body separates: `ALPHA_BETA` or `R_VARTHETA`. They label the levels. Default: the
-            first of these in which it separates.
+            Coordinates in which the body separates and whose quantum numbers label the levels: `ALPHA_BETA` or
+            `R_VARTHETA`. Default: the first of the two in which it separates.
         """,
     "levels_tolerance": """
         tolerance : float, default 1e-10

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -125,6 +125,15 @@ def describe(status: np.ndarray, classes: Mapping[str, np.ndarray] | None = None
     failed = [f"{n} {outcome.name} ({outcome.sentence})" for outcome, n in summary(status).items() if outcome]
     said = "; ".join([", ".join(parts), *failed] if parts else failed)
     return f"{counted(status.size, what)}{f': {said}' if said else ''}"
+
+
+def of_single(status: np.ndarray, symbol: str, names: Sequence[str], rows: np.ndarray) -> str:
+    """Return the values (names, 1) of a single item that is OK, as the next part of its summary; "" for other items."""
+    status = np.asarray(status)
+    if status.size != 1 or status.item() != Status.OK:
+        return ""
+    known = [(name, value) for name, value in zip(names, np.ravel(rows), strict=True) if np.isfinite(value)]
+    return "; " + ", ".join(f"{symbol}_{name} = {value:.6g}" for name, value in known) if known else ""
 
 
 class OrbitError(RuntimeError):

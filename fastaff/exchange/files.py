@@ -253,7 +253,7 @@ def contents(path: Any) -> Saved:
     except FileNotFoundError:
         raise
     except Exception as problem:
-        raise ValueError(f"{path} must be a file written by fastaff.files.save: {problem}") from None
+        raise ValueError(f"{path} must be a file written by fastaff.save: {problem}") from None
 
 
 class Recipe(NamedTuple):

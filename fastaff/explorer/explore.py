@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.names import named
-from ..core.numbers import StrPath, numbers, positive, real, shown
+from ..core.numbers import StrPath, kind_of, numbers, positive, real, shown
 from ..core.placing import write_atomically
 from ..results.progress import says_progress
 from ..results.provenance import provenance
@@ -171,7 +171,9 @@ def setup_of(
     p_eta = real("p_eta", p_eta)
     p_gamma = real("p_gamma", p_gamma)
     if not system.isotropic and (p_eta or p_gamma):
-        raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
+        raise ValueError(
+            f"p_eta and p_gamma must be 0 for {kind_of(chosen)}, got {p_eta} and {p_gamma}. Only a Body has them."
+        )
     systems = named_systems()
     schemes = page_schemes()
     usual = _usual(chosen, systems)

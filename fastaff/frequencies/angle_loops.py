@@ -40,10 +40,10 @@ def named_signals(value: Any, _: Any = None) -> Any:
     names = names_of(value)
     found = NAMED.get(names)
     if found is None:
-        said = " or ".join(f"{' '.join(known)!r} of {len(known)} coordinates" for known in NAMED)
+        said = ", ".join(f"{' '.join(known)!r} for {len(known)} coordinates" for known in NAMED)
         meant = [" ".join(known) for known in NAMED if sorted(known) == sorted(names)]
         hint = f". Did you mean {meant[0]!r}?" if meant else ""
-        raise ValueError(f"signals must be {said}, or of fastaff.models.angles, got {shown(value)}{hint}")
+        raise ValueError(f"signals must be {said}, or an object of fastaff.models.angles, got {shown(value)}{hint}")
     return found
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from ..core.classification import Classification, is_regular
-from ..core.status import Status, describe
+from ..core.status import Status, describe, of_single
 from ..results.result import Result, along
 from ..runs.schemes.catalogue import ITERATION, Scheme
 from .angle_lines import AngleLines
@@ -145,9 +145,9 @@ class FrequencyMap(Result):
             Summary.
         """
         kinds = {entry.name.lower(): self.classification == entry for entry in Classification}
-        said = describe(self.status, kinds)
+        said = describe(self.status, kinds) + of_single(self.status, "nu", self.names, self.nu)
         if np.any((self.status == Status.OK) & (self.classification == Classification.UNDECIDED)):
-            said += "; undecided frequencies have the error 1/time"
+            said += "; frequencies of undecided orbits have errors of 1/time"
         if other := int(np.count_nonzero(self.other_basis)):
-            said += f"; {other} in another basis than the dominant lines of the coordinates"
+            said += f"; {other} with frequencies other than the dominant lines, see other_basis"
         return said

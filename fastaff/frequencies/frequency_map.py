@@ -103,16 +103,16 @@ def frequency_map(
         Length of the run, in units of time; for a map the number of iterates, 64 or more. Use 50 periods of the motion
         or more: orbits with fewer than 18 are UNDECIDED.
     accuracy : float, default 1e-11
-        Requested error of the integration, relative to the largest frequency of an orbit. The step size of each orbit
-        is chosen for it. The error due to a short `time` is not limited by it but reported in ``error``. Not available
-        for ODE systems and adaptive methods: use `rtol` and `atol`.
+        Requested error of the frequencies due to the integration, relative to the largest frequency of an orbit. It
+        determines the step size of each orbit. A short `time` causes further errors, which ``error`` includes. Not
+        supported for ODE systems and adaptive methods; use `rtol` and `atol`.
     {signals}
     window : int, optional
-        For maps only: number of iterates of a window. The first and the last window are compared for the diffusion, and
-        the frequencies are those of the first one. Default: the two halves of the run.
+        For maps only: number of iterates of a window. The frequencies are those of the first window. The diffusion
+        compares the first with the last window. Default: half of the run.
     step : float or array_like, shape (orbits,), optional
         Largest fixed step size, in units of time, instead of `accuracy`. For an adaptive method it is the interval
-        between samples, by default 1/16 of a typical radian.
+        between samples, by default 1/16 of the time of a radian of the motion.
     {scheme}
     {rtol}
     {atol}
@@ -179,8 +179,7 @@ def frequency_map(
         return map_frequencies(problem, time=time, window=window, signals=signals, lines=lines)
     if window is not None:
         raise ValueError(
-            "window is not supported for systems in time, whose diffusion is that of the two halves, got "
-            f"{shown(window)}"
+            f"window must be None for a system in time, got {shown(window)}. The windows are the halves of the run."
         )
     if signals is None and getattr(problem.model, "angles", None) is None:
         check_needs(problem.system, "signals of coordinates alone")

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import an_array, checked_callback, positive, whole
+from ..core.status import counted
 from ..engine.threads import checked_threads, together, works
 from ..results.progress import says_progress
 from ..results.result import Result, along
@@ -63,6 +64,18 @@ class FrequencyLines(Result, axis="signal"):
     """(..., lines) error bars of nu, about two standard deviations; inf where a line is missing."""
     residual: Annotated[np.ndarray, along("signal")]
     """(...) root mean square of the rest without the lines, weighted by the squared window."""
+
+    def summary(self) -> str:
+        """Return one line with the numbers of signals and lines, and with the strongest line of a single signal.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
+        found = self.nu.reshape(-1, self.nu.shape[-1])
+        said = f"{counted(len(found), 'signal')} of {counted(found.shape[1], 'line')}"
+        return f"{said}; the strongest at nu = {found[0, 0]:.9g}" if len(found) == 1 else said
 
     @property
     def omega(self) -> np.ndarray:

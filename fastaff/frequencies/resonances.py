@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import MOST, an_array, checked_callback, fits, numbers, positive, real, shown, texts, whole
-from ..core.status import Status, describe
+from ..core.status import Status, counted, describe
 from ..engine.jit import LANES
 from ..engine.threads import checked_threads
 from ..results.progress import says_progress
@@ -137,14 +137,16 @@ class Resonances(Result):
         return "\n".join([super().__str__(), f"  orbits      share  resonance, to order {self.max_order}", *rows])
 
     def summary(self) -> str:
-        """Return one line with the number of orbits of each rank.
+        """Return one line with the number of orbits that have no resonance, one, two and more.
 
         Returns
         -------
         str
             Summary.
         """
-        return describe(self.status, {f"of rank {rank}": self.rank == rank for rank in np.unique(self.rank)})
+        ranks = [int(rank) for rank in np.unique(self.rank)]
+        said = {rank: "not resonant" if rank == 0 else f"with {counted(rank, 'resonance')}" for rank in ranks}
+        return describe(self.status, {words: self.rank == rank for rank, words in said.items()})
 
 
 def equation(k: Sequence[int], names: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ from ..core.classification import Classification, is_regular
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import checked_callback, whole
-from ..core.status import Status, describe
+from ..core.status import Status, describe, of_single
 from ..engine.plane_loops import COLUMNS
 from ..engine.threads import by_portions, checked_threads
 from ..results.progress import says_progress
@@ -173,7 +173,7 @@ class Tunes(Result):
         some = np.isfinite(self.error).any(axis=0)
         counts = {entry.name.lower(): fine & some & (self.classification == entry) for entry in Classification}
         counts["without a tune"] = fine & ~some
-        return describe(self.status, counts)
+        return describe(self.status, counts) + of_single(self.status, "nu", self.names, self.nu)
 
     @property
     def digits(self) -> np.ndarray:
@@ -203,15 +203,16 @@ def tunes(
     threads: int | None = None,
     callback: Callback | None = None,
 ) -> Tunes:
-    """Compute the tunes of orbits that are given once per turn: of a map, a tracking code, or a section.
+    """Compute the tunes of orbits that are sampled once per turn by a map, a tracking code or a section.
 
     Parameters
     ----------
     samples : array_like, shape (2n, orbits, turns) or (2n, turns)
-        Rows q1, ..., qn, p1, ..., pn, with 64 turns or more, NaN or one point after the end of an orbit. Also accepted:
+        Rows q1, ..., qn, p1, ..., pn, with 64 turns or more. Turns after the end of
+        an orbit are NaN or repeat one point. Also accepted:
 
-        - `Orbits` of a map, or their ``samples`` as they are;
-        - an array of xarray, with dimensions in any order;
+        - `Orbits` of a map, or their array ``samples``;
+        - an array of xarray, with its dimensions in any order;
         - a data set of an HDF5 or Zarr file, read in parts;
         - a monitor of xtrack, or an array (6, particles, 1, turns) of PyAT;
         - with `coordinates`, a `SectionMap`, whose points are turns; arrays of shape (orbits, turns) by name (a
@@ -238,13 +239,14 @@ def tunes(
 
     Notes
     -----
-    - Method: weighted Birkhoff average of the turn in each plane, whose ellipse is made a circle. If it is not exact,
-      the nearest line replaces it, by harmonic inversion.
-    - Coupled planes: each gets the mode that is more along it, also if its strongest line is a harmonic.
-    - Errors: 5 times the largest difference between windows, unseen beats near resonances, and round-off.
-    - Limits: modes below 1e-9 of another are not seen; below 1e-6 the orbit may be UNDECIDED. Orbits that ended are cut
-      to one of eight lengths in a factor of 2.
-    - Cost: 2 ns a plane and turn, more with lines. Memory: 128 MiB or one orbit.
+    - Method: weighted Birkhoff average of the angle per turn in each plane, after a map of the ellipse to a circle. If
+      the average has not converged, the nearest spectral line replaces it, by harmonic inversion.
+    - Coupled planes: each plane gets the mode with the larger amplitude in it, even if its strongest line is a
+      harmonic.
+    - Errors: 5 times the largest difference between windows, a bound for slow beats near resonances, and round-off.
+    - Limits: modes with amplitudes below 1e-9 of another are not detected. Below 1e-6 the orbit may be UNDECIDED. Of
+      orbits that ended early, up to a twelfth of the turns is not used.
+    - Cost: 2 ns per plane and turn, more with lines. Memory: 128 MiB or one orbit.
 
     See the explanation page on frequencies.
 

@@ -57,7 +57,12 @@ class RunOptions:
         RunOptions
             The options.
         """
-        return self if self.scheme is None else replace(self, scheme=spelled(self.scheme, SCHEMES))
+        if self.scheme is None:
+            return self
+        name = spelled(self.scheme, SCHEMES)
+        if self.accuracy is not None and getattr(SCHEMES.get(name), "adaptive", False):
+            raise OptionError.of("{accuracy} must be left out with the adaptive method {method}", method=name)
+        return replace(self, scheme=name)
 
     def on(self, threads: int | None) -> RunOptions:
         """Return the options with another number of threads.

@@ -62,9 +62,9 @@ class JobPlan(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """Many orbits of one system and the analyses of each.
+    """Describe many orbits of one system and the analyses of each.
 
-    The names of the parameters are also tables of a TOML file and groups of options of the commands.
+    Each parameter is a table of the same name in a TOML file and a group of options on the command line.
 
     Parameters
     ----------
@@ -90,12 +90,12 @@ class Job:
     integrate : IntegrateOptions, optional
         Orbits up to a time.
     chunk : int, optional
-        Number of orbits that are computed and stored together. Default: some seconds of work.
+        Number of orbits that are computed and stored together. Default: as many as take a few seconds.
 
     Raises
     ------
     TypeError, ValueError
-        If a part is wrong. The message names table and field.
+        If a parameter is wrong. The message names the parameter and its field.
 
     Examples
     --------
@@ -143,7 +143,7 @@ class Job:
             elif value is not None or name in ("energy_surface", "options"):
                 raise TypeError(f"{name} must be of class {kind.__name__}, got {shown(value)} ({type(value).__name__})")
         if not self.analyses():
-            raise ValueError(f"a job must have one of {listed(ANALYSES)}: nothing is to be computed")
+            raise ValueError(f"a job must have an analysis, one of {listed(ANALYSES)}, got none")
         if self.chunk is not None:
             object.__setattr__(self, "chunk", whole("chunk", self.chunk, 1))
         if self.scan is not None and [*self.analyses()] != ["chaos_map"]:
@@ -177,6 +177,8 @@ class Job:
             If parts do not fit together.
         """
         system = self._system()
+        for name, analysis in self.analyses().items():
+            _check_analysis(name, analysis, self.options)
         if system.iterated:
             self._check_map(system)
         if self.scan is not None:
@@ -382,6 +384,18 @@ def difference(old: Job, new: Job) -> str | None:
             if key != "threads" and a.get(key) != b.get(key):
                 return f"[{name}] {key} was {_said(a, key)}, is {_said(b, key)}"
     return None
+
+
+def _check_analysis(name: str, analysis: Analysis, run: RunOptions) -> None:
+    """Check the options of an analysis; messages name its table, because several have a time."""
+    try:
+        analysis.check(run)
+    except OptionError:
+        raise
+    except (ValueError, TypeError) as problem:
+        word, _, rest = str(problem).partition(" ")
+        known = word in _hints(type(analysis))
+        raise type(problem)(f"{option(word, name)} {rest}" if known else str(problem)) from None
 
 
 def _said(table: dict[str, Any], key: str) -> str:

@@ -328,7 +328,8 @@ class EnergySurface:
         if system.driven:
             raise OptionError.of("{file} is required: the starts of a driven system, rows of coordinates and momenta")
         if self.energy is None:
-            raise OptionError.of("{energy} is required: the energy of every orbit, for example {energy} 1.5")
+            sign = "" if option("energy").startswith("--") else "= "
+            raise OptionError.of(f"{{energy}} is required: the energy of every orbit. Try {{energy}} {sign}1.5.")
         return self.section_of(system)
 
     def escape(self, system: System, status: np.ndarray) -> str | None:

@@ -128,28 +128,29 @@ def continuation(
         System to compute, with derivatives of its forces. If a parameter is followed, a function that returns the model
         for a value, such as ``lambda C: Body(Hyperelastic(C))``.
     z0 : array_like, shape (2n,)
-        Guess of the first orbit.
+        Initial guess of the first orbit.
     {section}
     crossings : int, default 1
         Number of crossings (for a map of iterates) after which an orbit closes.
     parameter : float, optional
-        First value of the parameter. Default: the energy is followed.
+        First value of the parameter to follow. Default: the family is followed in the energy.
     energy : float, optional
-        Energy of the first orbit, kept if a parameter is followed. Default: that of the guess.
+        Energy of the first orbit, and of all orbits if a parameter is followed. Default: the energy of the guess.
     bounds : tuple of float, default (-inf, inf)
         Range of the energy or parameter. The branch ends at a bound.
     direction : {1, -1}, default 1
         Sign of the first change of the energy or parameter.
     ds : float, default 0.01
-        First step of arclength in (z, parameter). The units are the amplitudes of the first orbit (``scale`` of
-        `PeriodicOrbits`), its kinetic energy, and the change of the parameter that moves its return by an amplitude.
+        First arclength step in (z, energy) or (z, parameter), without a unit. The units of z are the amplitudes of the
+        first orbit (``scale`` of `PeriodicOrbits`). The unit of the energy is its kinetic energy. The unit of a
+        parameter is the change that moves the return by one amplitude.
     ds_max : float, default 0.1
-        Largest step of arclength.
+        Maximum arclength step.
     max_steps : int, default 100
-        Largest number of points after the first.
+        Maximum number of points after the first.
     max_time : float, optional
-        Longest time of these crossings. Default: 20 periods of the natural motion for each, then 160 if these are too
-        short.
+        Time, in units of time, within which an orbit must have its crossings. Default: 20 periods of the motion for
+        each crossing, and 160 if an orbit needs more.
     {closing_tolerance}
     {closing_step}
     {closing_scheme}
@@ -173,13 +174,14 @@ def continuation(
 
     Notes
     -----
-    - Method: pseudo-arclength continuation, which passes folds. Steps grow by half after an easy correction. They are
-      halved after a failure, a bend above 0.35 radians or a change of the residue R above 0.1(1 + abs(R)).
+    - Method: pseudo-arclength continuation, which passes folds. Steps grow by half after a correction of few
+      iterations. They are halved after a failure, a bend above 0.35 radians or a change of the residue R above
+      0.1(1 + abs(R)).
     - Bifurcations: sign changes of :math:`\prod R` or :math:`\prod (1 - R)`, refined in the arclength. Residues that
-      touch 0 or 1, or pass it twice between points, are missed. A branch goes straight on at a branch point.
+      touch 0 or 1, or pass it twice between points, are missed. At a branch point the same branch is followed.
     - ODE systems: products of :math:`(1 \mp m)/2` over the multipliers m, and of :math:`1 - m m'` over pairs for a
       Neimark-Sacker bifurcation. In Hamiltonian systems, ``stability`` alone shows it.
-    - Cost: 3 returns with 2n vectors a point, 9 with a parameter.
+    - Cost: 3 returns with 2n deviation vectors for each point, 9 with a parameter.
 
     References
     ----------
@@ -275,7 +277,8 @@ def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
         return (lambda _: model), model
     if not callable(model) or isinstance(model, tuple):
         raise TypeError(
-            f"model must be a function that makes a model of the parameter, got {shown(model)} ({type(model).__name__})"
+            "model must be a function from the parameter to a model if a parameter is followed, got "
+            f"{shown(model)} ({type(model).__name__})"
         )
     return model, model(real("parameter", parameter))
 

@@ -279,6 +279,9 @@ class PeriodicOrbits(Result):
         good = self.status == Status.OK
         kinds = {entry.name.lower().replace("_", " "): self.stability == entry for entry in Stability}
         said = describe(self.status, kinds)
+        if self.status.size == 1 and good.all():
+            energy = f", energy {self.energy.item():.6g}" if np.isfinite(self.energy).all() else ""
+            said += f"; period {self.period.item():.6g}{energy}"
         vague = int((self.error[good] > SAME).sum())
         return f"{said}; {vague} have relative errors above {SAME:g}" if vague else said
 

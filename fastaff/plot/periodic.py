@@ -53,12 +53,13 @@ def plot_periodic(
         Periodic orbits. Those that are not ``OK`` are not drawn.
     {ax}
     x, y : str, optional
-        Coordinates or momenta, for a body of the chart. Default: those free on the section.
+        Names of the coordinates or momenta on the axes; for a body, those of `chart`. Default: the two that vary on the
+        section.
     chart : Chart, default ALPHA_BETA
         Coordinates of a body.
     labels : bool, default True
-        Write "crossings: residue" beside the crossing with most room. Set the limits of the axes before, so that labels
-        find room.
+        Write "crossings: residue" beside the crossing with most free space. Set the limits of the axes before the call,
+        because the free space depends on them.
     legend : bool, default True
         Name the marks.
     fontsize : float, default 8

@@ -83,7 +83,7 @@ def plot_scars(
 
     Notes
     -----
-    - alpha and beta are drawn positive. Axes with something on them keep their limits.
+    - alpha and beta are plotted as positive numbers. Axes that already have a plot keep their limits.
     - Cost: one integration of each orbit over its period.
 
     References

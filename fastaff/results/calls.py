@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.foreign import dispatch_adapter
-from ..core.names import did_you_mean
+from ..core.names import did_you_mean, shortened
 from ..core.numbers import checked_callback, listed
 from .progress import watched
 
@@ -164,6 +164,10 @@ def is_recorded(function: object) -> bool:
     return bool(getattr(function, RECORDED, False))
 
 
+LONGEST = 160
+"""Characters of a message."""
+
+
 def _misfit(function: Callable, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> Any:
     """Call a function with arguments that do not fit; raise its TypeError with the names that it takes."""
     from ..engine.kinds import OPTIONS
@@ -181,7 +185,9 @@ def _misfit(function: Callable, signature: inspect.Signature, given: tuple, name
     try:
         return function(*given, **named)
     except TypeError as problem:
-        known = "" if "Did you mean" in hint or " Use " in hint else f" It takes {listed(names)}."
+        room = LONGEST - len(f"{problem}{hint or '.'} It takes .")
+        helped = "Did you mean" in hint or " Use " in hint or room < len(names[0])
+        known = "" if helped else f" It takes {shortened(listed(names).split(', '), room)}."
         raise TypeError(f"{problem}{hint or '.'}{known}") from None
 
 

@@ -23,7 +23,7 @@ def short(result: Any) -> str:
 def screen(result: Any) -> str:
     """Return the printed form of a result: the line of `short` and one for each field."""
     names = (
-        [f.name for f in dataclasses.fields(result) if f.repr]
+        [f.name for f in dataclasses.fields(result) if f.repr and not f.name.startswith("_")]
         if hasattr(result, "__dataclass_fields__")
         else result._fields
     )

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, fits, portion, shown, whole
-from ..core.status import Status
+from ..core.status import Status, describe
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
 from ..systems.models.contracts import Dynamics
@@ -106,6 +106,26 @@ class Orbits(Result):
     def __post_init__(self) -> None:
         SAMPLED[id(self.samples)] = self.samples
 
+    def summary(self) -> str:
+        """Return one line with the outcomes of the orbits and their largest errors.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
+        said = describe(self.status)
+        fine = self.status == Status.OK
+        if not fine.any():
+            return said
+        if self.error is not None and np.isfinite(self.error[:, fine]).any():
+            said += f"; largest error {np.nanmax(self.error[:, fine]):.1e}"
+        if self.energy_error[fine].any():
+            said += f"; largest energy error {np.nanmax(self.energy_error[fine]):.1e}"
+        if self.accurate_until is not None and (late := int(np.count_nonzero(fine & (self.accurate_until < self.t)))):
+            said += f"; {late} above the requested error at the end, see accurate_until"
+        return said
+
     def _row(self, name: str) -> np.ndarray | None:
         return chart_row(self.z, name)
 
@@ -135,7 +155,7 @@ def integrate(
     {model}
     {z0}
     time : float
-        Length of the run, positive. A map is iterated `time` times: a whole number, which `samples` divides.
+        Length of the run, in units of time, positive. For a map, the number of iterates, a multiple of `samples`.
     {accuracy}
     {step}
     scheme : Scheme, TimeTransformed, Automatic or str, optional
@@ -146,10 +166,10 @@ def integrate(
           systems: up to 1e-11);
         * KAHAN_LI8 if T is not quadratic, or if you give a step.
 
-        Default for H(q, p): VERNER9 up to 1000 radians of an orbit, and if equal steps fail; else GAUSS8, or GAUSS16
-        below 1e-11.
+        Default for a nonseparable H(q, p): VERNER9 for runs of up to 1000 radians of the motion and for orbits that
+        equal steps lose; GAUSS8 for longer runs, or GAUSS16 for accuracies below 1e-11. ODE systems: DOP853.
     samples : int, default 0
-        Number of equidistant samples in (0, time].
+        Number of samples at equal intervals in (0, time].
     {rtol}
     {atol}
     {energy_tolerance}
@@ -159,7 +179,7 @@ def integrate(
     Returns
     -------
     `Orbits`
-        States, errors and outcomes, with the scheme and the step that were used.
+        States, error estimates and the status of each orbit, with the integration method and step size.
 
     Raises
     ------
@@ -172,13 +192,15 @@ def integrate(
 
     Notes
     -----
-    * Errors: with an accuracy, steps are halved until two runs agree. The second run uses twice the step and artificial
-      damping at the level of round-off. The estimates cover 99 % of the true errors.
-    * Chaotic orbits: errors grow exponentially; no step keeps them small beyond `accurate_until`.
-    * Domain: checked between steps. Leaving it within a step may go unnoticed, except at poles of formulas.
-    * Energy: its error does not grow for splittings, but for RKN12.
+    * Errors: if an accuracy is requested, steps are halved until two runs agree. The second run uses twice the step
+      size and artificial damping at the level of round-off. Estimates cover 99 % of the true errors.
+    * Chaotic orbits: errors grow exponentially. After `accurate_until` they exceed the accuracy with any step size.
+    * Domain: checked between steps. An orbit that leaves and returns within one step is not detected, except at poles
+      of formulas.
+    * Energy: its error stays bounded for splitting methods and grows with time for RKN12.
     * Maps: no step, scheme or energy; energy_error is 0.
-    * Cost: one force per stage; half as much again for the second run, twice if round-off exceeds the accuracy.
+    * Cost: one force evaluation per stage. The second run adds half of that, or the same again if round-off exceeds the
+      accuracy.
     * Memory: 6 times z0 (12 with an accuracy), plus samples.
 
     References

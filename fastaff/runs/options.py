@@ -142,7 +142,9 @@ class Options:
             )
         if not self.fixed:
             name = getattr(self.scheme, "name", self.scheme)
-            raise ValueError(f"accuracy must be given without the adaptive method {name}. Use rtol and atol.")
+            raise ValueError(
+                f"accuracy must be None with the adaptive method {name}, got {shown(self.accuracy)}. Use rtol and atol."
+            )
         return value
 
     def goal(self, default: float = ACCURACY) -> float | None:

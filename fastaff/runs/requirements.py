@@ -646,8 +646,8 @@ def checked_section(section: Any, system: System) -> Any:
     if not is_value(section) or lacking(section, Section):
         instead = f". Use {section.__name__}()." if isinstance(section, type) else ""
         raise TypeError(
-            f"section must be a text such as {shown(section_forms(system)[0])}, or one such as fa.Hyperplane(normal, "
-            f"offset), got {_given(section)} ({type(section).__name__}){instead}"
+            f"section must be a text such as {shown(section_forms(system)[0].replace('=c', '=0'))} or a section such "
+            f"as fa.Hyperplane(normal, offset), got {_given(section)} ({type(section).__name__}){instead}"
         )
     if not (isinstance(section.direction, (int, float, np.number)) and section.direction in (-1, 0, 1)):
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
@@ -710,7 +710,7 @@ def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(z).all(axis=0))
     if bad.size:
         raise ValueError(
-            f"{name} must be finite; orbit {bad[0]} is {shown(z[:, bad[0]].tolist())} ({bad.size} such orbits)"
+            f"{name} must be finite, got {shown(z[:, bad[0]].tolist())} in orbit {bad[0]}{and_others(bad.size)}"
         )
     if system.driven:
         z[system.moving] = system.model.phase(z[system.moving])
@@ -719,10 +719,15 @@ def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
         raise ValueError(
-            f"{name} must lie in the domain of the potential ({_where(system)}), got orbit {outside[0]} with margin "
-            f"{margin[outside[0]]:.6g} ({outside.size} such orbits)"
+            f"{name} must lie in the domain of the potential ({_where(system)}), got margin "
+            f"{margin[outside[0]]:.6g} in orbit {outside[0]}{and_others(outside.size)}"
         )
     return carried(z, system)
+
+
+def and_others(count: int) -> str:
+    """Return the words for the wrong orbits after the first one, of `count` in all."""
+    return "" if count == 1 else f" and {count - 1} other{'' if count == 2 else 's'}"
 
 
 def _where(system: System) -> str:

@@ -100,11 +100,10 @@ def tangent_map(
     step : float or array_like, shape (orbits,), optional
         Largest fixed step size, in units of time. For an adaptive method it is the first step. Default: each orbit gets
         its own, for an error of 1e-10 of its amplitudes over 16 radians.
-    {scheme}
+    {tangent_scheme}
     {rtol}
     {atol}
-    energy_tolerance : float, default 1e-6
-        Relative energy error above which an orbit gets the status ``ENERGY_DRIFT``.
+    {plain_energy_tolerance}
     {threads}
     {callback}
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import imported
 from ..core.numbers import an_array, fits, kind_of, listed, numbers, real, shown
+from ..core.status import counted
 from ..results.calls import coerces_arguments, records_call
 from ..results.result import Result, along
 from ..runs.requirements import checked_model, checked_section, current_system
@@ -68,6 +69,20 @@ class EnergyGrid(Result):
     energy: float
     section: Section | None = None
 
+    def summary(self) -> str:
+        """Return one line with the number of orbits, their energy and the cells.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
+        energy = f" of energy {self.energy:.6g}" if np.isfinite(self.energy) else ""
+        cells = " x ".join(map(str, self.inaccessible.shape))
+        missing = int(np.count_nonzero(self.inaccessible))
+        left = f", {missing} of them inaccessible" if missing else ""
+        return f"{counted(len(self), 'orbit')}{energy} on {cells} cells of {', '.join(self.names)}{left}"
+
     def _row(self, name: str) -> np.ndarray | None:
         if name not in self.names:
             return None
@@ -120,27 +135,28 @@ def energy_grid(
     ----------
     {model}
     energy : float, optional
-        Energy of all orbits. It must be given unless the model is a map.
+        Energy of all orbits. Required if the model conserves an energy.
     axes : tuple of two array_like, dict of array_like, or "whole", default "whole"
         Grid of two section coordinates, or of rows of z by name, ``{"x": xs, "z": zs}``. The section coordinates are
         (beta, p_beta) on AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) on BetaTurning and BetaEquals, and
-        (q_j, p_j) of the other coordinate on q_i = c. The default has 101 values of each over all bounded parts of the
-        accessible region. Coordinates with a period are modulo it.
+        (q_j, p_j) of the other coordinate on q_i = c. The default is 101 values of each over all bounded parts of the
+        accessible region. Periodic coordinates are taken modulo their period.
     section : Section or str, optional
         Surface that all orbits lie on, or a short form such as ``"x=0"`` (crossed upwards), ``"x=0-"`` (downwards),
         ``"alpha-turning"`` or ``"beta=0.2"`` of a body.
     fixed : dict of float, optional
-        Values of other rows by name; rows that are not named are 0.
+        Values of rows of z by name, for rows that are not axes. Default for each: 0.
     solve : str, optional
-        Name of the row that follows from the energy. Default for a section q_i = c: the momentum p_i.
+        Name of the row that is computed from the energy. Default for a section q_i = c: the momentum p_i.
     sign : {1, -1}, default 1
-        Root for `solve`. For a momentum, 1 is the larger root and -1 the smaller one, so the velocity has this sign.
-        For a coordinate it is the outermost root in this direction.
+        Root that `solve` takes. For a momentum, 1 takes the larger root and -1 the smaller one, so that the velocity
+        has this sign. For a coordinate, 1 takes the largest root and -1 the smallest.
     at_rest : bool, default False
-        Set all momenta to 0. The axes are then angles of the direction from the point `fixed` in which the potential
-        reaches the energy: ``phi`` for n = 2, ``theta``, ``phi`` for n = 3, and ``theta_1``, ..., ``phi`` beyond.
+        Set all momenta to 0. Initial conditions then lie where the potential equals the energy. The axes are the angles
+        of their direction from the point `fixed`: ``phi`` for n = 2, ``theta``, ``phi`` for n = 3, and ``theta_1``,
+        ..., ``phi`` for n > 3.
     p_eta, p_gamma : float, default 0
-        Angular momenta of the two planes, for bodies on a section.
+        Angular momenta of the two planes. Only for bodies on a section.
 
     Returns
     -------
@@ -161,9 +177,10 @@ def energy_grid(
     - Other sections: the missing momentum has the sign of the direction; for 0 it is positive. If several roots have a
       velocity of this sign, the outermost one counts.
     - AreaEquals: one of its two branches.
-    - Accuracy: roots are neighbours of the exact ones. Wells narrower than 1/40 of a decade may be missed.
-    - Cost: 500 evaluations of the potential for each first coordinate and 64 a cell on turning sections; 64 a cell at
-      rest or if a coordinate is solved for; else one.
+    - Accuracy: roots are correct to the last digit or the one before. Wells narrower than 1/40 of a decade may be
+      missed.
+    - Cost in evaluations of the potential: 1 per cell. It is 64 per cell at rest or if a coordinate is solved for. On
+      turning sections it is 64 per cell and 500 per value of the first coordinate.
 
     See the explanation page on sections and measure.
 
@@ -223,8 +240,7 @@ def no_planes(p_eta: Any, p_gamma: Any) -> None:
     """Refuse angular momenta together with rows by name."""
     if real("p_eta", p_eta) or real("p_gamma", p_gamma):
         raise ValueError(
-            f"p_eta and p_gamma are for the sections of a Body, got {p_eta}, {p_gamma}. Use fixed={{name: value}} for "
-            "other momenta."
+            f"p_eta and p_gamma must be 0 with axes by name, got {p_eta} and {p_gamma}. Use fixed={{name: value}}."
         )
 
 
@@ -236,7 +252,9 @@ def _grid_by_name(
     energy = checked_energy(system, energy)
     no_planes(*planes)
     if isinstance(axes, str):
-        raise TypeError(f"axes must be given by name, {{{shown(system.row_names[0])}: array, ...}}, or a section")
+        form = f"{{{shown(system.row_names[0])}: array, ...}}"
+        why = "without a section" if section is None else "with fixed, solve or at_rest"
+        raise TypeError(f"axes must be arrays by name, {form}, {why}, got {shown(axes)}")
     names, arrays = checked_values(axes, system.row_names)
     launch = launching(system, energy, names, section, others)
     fits("axes", *(array.size for array in arrays), ARRAYS * system.n)
@@ -264,7 +282,7 @@ def checked_surface(system: System, section: Any, energy: Any, p_eta: Any, p_gam
         )
     if not system.isotropic and (p_eta or p_gamma):
         raise ValueError(
-            f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {kind_of(system.model)}, which has none"
+            f"p_eta and p_gamma must be 0 for {kind_of(system.model)}, got {p_eta} and {p_gamma}. Only a Body has them."
         )
     return Where(system, section, energy, p_eta, p_gamma)
 

@@ -118,7 +118,7 @@ def too_low(system: System, energy: float, p_eta: float, p_gamma: float) -> str 
     where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if system.isotropic else ""
     what = "body" if system.isotropic else "system"
     least = least if abs(least) > 1e-12 * abs(energy) else 0.0  # hidden by rounding
-    return f"energy {energy:g} lies below the minimum {least:.6g} of this {what}'s energy{where}"
+    return f"energy must be at least the minimum {least:.6g} of this {what}{where}, got {energy:g}"
 
 
 def may_escape(system: System, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0) -> str | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.numbers import entries, fits, flag, shown, span, whole
+from ..core.status import counted
 from ..results.calls import coerces_arguments, records_call
 from ..results.result import Result, along
 from ..runs.requirements import checked_model, current_system
@@ -61,6 +62,17 @@ class EnergySample(Result):
     names: tuple[str, ...]
     energy: float
     section: Section | None = None
+
+    def summary(self) -> str:
+        """Return one line with the number of orbits, their energy and the coordinates that were drawn.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
+        energy = f" of energy {self.energy:.6g}" if np.isfinite(self.energy) else ""
+        return f"{counted(len(self), 'orbit')}{energy}, random in {', '.join(self.names)}"
 
 
 Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator | np.random.Generator | None

@@ -349,7 +349,7 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> AccessibleB
     if not least < energy:
         raise NotReached(
             (None if system.isotropic else too_low(system, energy, 0.0, 0.0))
-            or f"energy {energy:g} lies below {least:.6g}, the least energy met in the ranges"
+            or f"energy must be at least {least:.6g}, the least in the ranges of the axes, got {energy:g}"
         )
     if not np.isfinite(least):
         raise ValueError(

@@ -271,7 +271,7 @@ def _resting(system: System, energy: float, names: Any, section: Any, base: dict
 def given_energy(energy: Any) -> float:
     """Return the energy of a surface."""
     if energy is None:
-        raise TypeError("energy is required for this model.")
+        raise TypeError("energy must be given for a model that conserves it, got None")
     return real("energy", energy)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted, partial_result_on_interrupt
-from ..core.numbers import fits, portion, positive, shown, whole
+from ..core.numbers import MOST, fits, portion, positive, shown, whole
 from ..core.status import Status
 from ..engine.kernels.crossing_roots import conditioning_of
 from ..engine.threads import by_portions
@@ -73,15 +73,15 @@ def poincare_map(
     {z0}
     {section}
     crossings : int
-        Positive number of crossings of each orbit; for a map the number of iterates.
+        Number of crossings of each orbit, 1 or more. For a map, number of iterates.
     {max_time}
     direction : {1, -1, 0}, optional
         Crossings that count: 1 if the section function increases there, -1 if it decreases, 0 for both. Default: the
         direction of `section`.
     accuracy : float, default 1e-10
-        Requested error of crossing times (times the angular frequency of the motion) and of points (relative to its
-        amplitudes). The step size of each orbit is chosen for it. Not available for ODE systems and adaptive methods:
-        use `rtol` and `atol`.
+        Requested error of the points, relative to the amplitudes of the motion, and of the crossing times, multiplied
+        by its angular frequency. It determines the step size of each orbit. Not supported for ODE systems and adaptive
+        methods; use `rtol` and `atol`.
     {step}
     {scheme}
     {rtol}
@@ -169,7 +169,9 @@ def poincare_map(
 
 def _directed(section: Any, direction: Any) -> Any:
     """Return a section that is crossed in that direction."""
-    sign = whole("direction", direction, -1, 1)
+    sign = whole("direction", direction, -MOST)
+    if sign not in (-1, 0, 1):
+        raise ValueError(f"direction must be 1, -1 or 0, got {sign}")
     if "direction" not in getattr(section, "_fields", ()):
         raise ValueError(f"direction must be left out for a section without a direction, got {shown(direction)}")
     return section._replace(direction=sign)

@@ -205,7 +205,7 @@ def no_well(system: System, energy: float, problem: NoWell, names: tuple[str, ..
     least = problem.least
     if energy <= least:
         where = " on the section" if on_section else ""
-        return NotReached(f"energy {energy:g} lies below the minimum {least:.6g} of this system's energy{where}")
+        return NotReached(f"energy must be at least the minimum {least:.6g} of this system{where}, got {energy:g}")
     if problem.endless:
         why = f"what energy {energy:g} allows falls apart into wells without end"
     else:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.status import Status
+from ..core.status import Status, describe, of_single
 from ..engine.threads import checked_threads
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
@@ -81,6 +81,16 @@ class ActionAngles(Result):
     theta_gamma: Annotated[np.ndarray, along("orbit", unit="cycles")]
     separated: Separated
     regular_turning_points: Annotated[np.ndarray, along("coordinate", "end", "orbit")]
+
+    def summary(self) -> str:
+        """Return one line with the outcomes of the orbits, and with the actions of a single orbit.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
+        return describe(self.status) + of_single(self.status, "J", self.names, self.J)
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743

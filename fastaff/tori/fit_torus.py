@@ -70,11 +70,11 @@ def fit_torus(
     z0 : array_like, shape (2n,)
         Initial conditions of one orbit.
     time : float
-        Length of the fit in units of time, best 200 periods or more. For a map, number of iterates, and for a driven
-        system, number of drive periods: 1000 or more, many more in four dimensions. The prediction takes half as much
-        again.
+        Length of the fit in units of time. Use 200 periods or more. For a map it is the number of iterates, and for a
+        driven system the number of drive periods. Use 1000 or more, and many more in four dimensions. The test of the
+        prediction takes half as long in addition.
     tolerance : float, default 1e-6
-        Largest residual and largest prediction error of a torus.
+        Largest residual and largest prediction error of a fit that counts as a torus. Both are relative.
     step : float, optional
         Largest fixed step size, in units of time. Default: chosen for the orbit.
     scheme : Scheme or str, optional
@@ -105,11 +105,12 @@ def fit_torus(
     -----
     - Method: `naff` lines are identified with integer combinations of fundamental frequencies, then all are fitted by
       windowed least squares.
-    - Accuracy: spectral in time and order; nu and J to 2e-13 relative for separable bodies over time 300.
-    - Lines of low order closer than 1.5 cycles over `time` are left out (evidence "terms left out"). Such orbits, and
-      runs below eight periods, can be ``UNDECIDED``.
-    - ``IRREGULAR``: the prediction fails and `MEGNO` and `SALI` find chaos over the same time. Weak chaos below
-      `tolerance` passes. Flows without ``tangent_force`` are not tested for chaos.
+    - Accuracy: errors fall exponentially with time and number of terms. For separable bodies over time 300, nu and J
+      have relative errors of 2e-13.
+    - Lines of low order whose frequencies differ by less than 1.5/`time` are left out (evidence "terms left out").
+      Orbits with these lines, and runs below eight periods, can be ``UNDECIDED``.
+    - ``IRREGULAR``: the prediction fails, and `MEGNO` and `SALI` find chaos over the same time. Chaos with an effect
+      below `tolerance` is not detected. Flows without ``tangent_force`` are not tested for chaos.
     - Exact relations k . nu = 0 with ``|k_i| <= 8`` lower the dimension.
     - Cost: 0.1 to 3 s per orbit.
 

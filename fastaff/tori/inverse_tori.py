@@ -16,7 +16,7 @@ from ..engine.threads import checked_threads
 from ..results.calls import records_call
 from ..results.progress import says_progress
 from ..results.result import Result, along
-from ..runs.requirements import current_system, phase_points
+from ..runs.requirements import and_others, current_system, phase_points
 from ..systems.charts.chart import Chart
 from ..systems.models.contracts import SeparableModel
 from ..systems.models.mechanics import System
@@ -280,7 +280,7 @@ def _refuse_failed(J: np.ndarray, status: np.ndarray) -> None:
         k = failed[0]
         raise ValueError(
             f"J must be the actions of a torus, got J = {shown(J[:, k].tolist())} of orbit {k}: "
-            f"{Status(int(status[k])).name} ({failed.size} such orbits)"
+            f"{Status(int(status[k])).name}{and_others(failed.size)}"
         )
 
 

@@ -284,7 +284,7 @@ class TorusFit(Result, axis=None):
         pairs = ", ".join(f"nu_{name} = {value:.9g}" for name, value in zip(self.names, self.nu))
         text = (
             f"{SENTENCES[self.classification]}{f': {pairs}' if pairs else ''}; prediction error "
-            f"{self.prediction_error:.1e}, residual {self.residual:.1e}, {len(self.k)} terms in "
+            f"{self.prediction_error:.1e}, residual {self.residual:.1e}, {counted(len(self.k), 'term')} in "
             f"{counted(self.dimension, 'dimension')}"
         )
         if self.classification is Classification.UNDECIDED:

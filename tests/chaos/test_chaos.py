@@ -514,7 +514,7 @@ def test_an_equilibrium_is_regular_for_every_indicator():
         ({"indicators": (SALI,)}, TypeError, r"Use SALI\(\)"),
         ({"indicators": ("salli",)}, ValueError, "indicators must be one of .*Did you mean sali"),
         ({"indicators": (SALI(), SALI(threshold=-5.0))}, ValueError, "must differ"),
-        ({"indicators": (GALI(5),)}, ValueError, r"GALI.count must be 2 ... 4"),
+        ({"indicators": (GALI(5),)}, ValueError, r"GALI.count must be from 2 to 4"),
         ({"indicators": (GALI(2.5),)}, TypeError, "GALI.count must be a whole number"),
         ({"indicators": (SALI(threshold=math.nan),)}, ValueError, "SALI.threshold must be finite"),
         ({"indicators": (MEGNO(threshold="2"),)}, TypeError, "MEGNO.threshold must be a real number"),

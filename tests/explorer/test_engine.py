@@ -585,7 +585,7 @@ def test_modules_must_keep_to_the_rules(monkeypatch):
 def test_wrong_input_is_named(tmp_path):
     out = tmp_path / "x.html"
     for given, error, said in (
-        ({"energy": -5.0}, ValueError, "below the minimum"),
+        ({"energy": -5.0}, ValueError, "at least the minimum"),
         ({"energy": math.nan}, ValueError, "energy"),
         ({"energy": "high"}, TypeError, "energy"),
         ({"model": 3}, TypeError, "body|model"),

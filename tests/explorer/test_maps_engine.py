@@ -321,7 +321,7 @@ def test_what_a_map_does_not_have_is_refused(tmp_path):
         ({"section": "x=0"}, "section is not supported for maps"),
         ({"scheme": "KAHAN_LI8"}, "scheme is not supported for maps"),
         ({"accuracy": 1e-8}, "accuracy is not supported for maps"),
-        ({"p_eta": 0.1}, "p_eta and p_gamma belong to a Body"),
+        ({"p_eta": 0.1}, "p_eta and p_gamma must be 0"),
         ({"fixed": {"x": 1.0}}, "outside of the plane"),
         ({"fixed": {"z": 1.0}}, "fixed must be one of x, p"),
         ({"background": (chaos, grid)}, "over a plane of the map, x,p"),

@@ -248,7 +248,7 @@ def test_shapes_and_statuses():
     assert not found.rank[bad].any()
     assert (found.rank[~bad] == 2).all()
     assert "NONFINITE" in found.label((2, 3))
-    assert "17 of rank 2" in found.summary()
+    assert "17 with 2 resonances" in found.summary()
     assert resonances([1.0, math.sqrt(2)]).label() == "no resonance up to order 8"
     assert resonances(np.ones((2, 0))).rank.shape == (0,)
 

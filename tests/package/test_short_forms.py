@@ -285,7 +285,7 @@ SURFACE = {"p_eta": 0.3, "p_gamma": 0.2}
         (lambda: fa.energy_grid(HH, E=0.1), "Did you mean energy?"),
         (
             lambda: battery.cut_by(lambda: AlphaTurning),
-            "section must be a text such as 'alpha-turning', or one such as",
+            "section must be a text such as 'alpha-turning' or a section such as",
         ),
         (lambda: battery.cut_by(AlphaTurning, HH, battery.Z4), "such as x=c, y=c"),
         (lambda: fa.poincare, "Did you mean poincare_map?"),

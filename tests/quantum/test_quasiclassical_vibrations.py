@@ -99,8 +99,8 @@ def test_wrong_calls_say_the_right_one():
     for wrong, message in (
         ({"n": [0], "m": 1}, "m is for a Body alone"),
         ({"n": [0], "maslov": (0, 0)}, "maslov is for a Body alone"),
-        ({}, "give either n, quantum numbers of the modes, or guess, or max_energy"),
-        ({"n": [0], "max_energy": 1.0}, "give either n"),
+        ({}, "n, guess or max_energy must be given"),
+        ({"n": [0], "max_energy": 1.0}, "max_energy must be None with n or guess"),
         ({"n": [-1]}, "n must be whole numbers >= 0 of shape"),
         ({"n": [0, 1]}, "n must be whole numbers >= 0 of shape"),
         ({"n": [0], "modes": "locla"}, "Did you mean local"),

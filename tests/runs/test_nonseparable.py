@@ -370,7 +370,7 @@ def test_what_does_not_go_with_it_is_refused():
             "H.q, p.. Use GAUSS16",
         ),
         (lambda: fa.energy_grid(H, energy=1.0, axes={"q2": [0.1], "p2": [0.1]}), ValueError, "solve must name"),
-        (lambda: fa.energy_sample(H, orbits=5, energy=-4.0), ValueError, "below the minimum -3 "),
+        (lambda: fa.energy_sample(H, orbits=5, energy=-4.0), ValueError, "at least the minimum -3 "),
         (lambda: fa.action_angles(H, [[0.1]] * 4), (TypeError, ValueError), "H"),
         (lambda: fa.explore(H), ValueError, "energy must be given"),
     ):

@@ -176,7 +176,7 @@ def test_an_indicator_of_ones_own_beside_those_of_the_package():
     [
         ({"reading": "memory[0]"}, TypeError, "reading must be a function"),
         ({"name": "my own"}, ValueError, "name must be a name"),
-        ({"count": 5}, ValueError, "count must be 1 ... 4 here, got 5"),
+        ({"count": 5}, ValueError, "count must be from 1 to 4 here, got 5"),
         ({"parameters": 1.0}, TypeError, "parameters must be a tuple of floats"),
         ({"parameters": ("1",)}, TypeError, r"parameters\[0\]"),
         ({"judge": 3}, TypeError, "judge must be a function or None"),

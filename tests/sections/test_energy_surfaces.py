@@ -290,7 +290,7 @@ def test_what_energies_cannot_reach_is_said():
         (lambda: fa.energy_grid(double, energy=-4.0, section="q1=0", axes=axes), "reaches no cell"),
         (lambda: fa.energy_sample(double, energy=-4.0, section="q1=0", orbits=5), "the least energy there is -3"),
         (lambda: fa.plot.edge(double, "q1=0", energy=-4.0), "the least energy there is -3"),
-        (lambda: fa.energy_sample(double, energy=-4.0, orbits=5), "below the minimum -3 "),
+        (lambda: fa.energy_sample(double, energy=-4.0, orbits=5), "at least the minimum -3 "),
         (lambda: fa.energy_sample(double, energy=1.0, orbits=5, axes={"q9": (0, 1)}), "q9"),
         (lambda: fa.energy_sample(harper, energy=-1.0, section="x=0", orbits=5), "without end"),
         (lambda: fa.energy_grid(harper, energy=-1.0, section="x=0", axes=axes), "met without end along p"),

@@ -79,7 +79,7 @@ def test_seeds_and_ranges():
     assert (part.points[0] > 0.5).all()
     assert (part.points[0] < 0.7).all()
     assert part.z0.shape == (8, 50)
-    with pytest.raises(fastaff.sections.NotReached, match="below the minimum"):
+    with pytest.raises(fastaff.sections.NotReached, match="at least the minimum"):
         fastaff.energy_sample(NEO, orbits=5, **{**surface, "energy": 0.0})
     with pytest.raises(fastaff.sections.NotReached, match="less than a thousandth"):
         fastaff.energy_sample(NEO, orbits=5, axes=((5.0, 6.0), (0.0, 1.0)), **surface)

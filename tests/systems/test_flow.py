@@ -298,7 +298,11 @@ def test_wrong_texts(text, given, error, message):
             TypeError,
             "those of tangent vectors",
         ),
-        (lambda z: fa.chaos_map(LORENZ, z, time=1.0, indicators="gali_4"), ValueError, "GALI.count must be 2 ... 3"),
+        (
+            lambda z: fa.chaos_map(LORENZ, z, time=1.0, indicators="gali_4"),
+            ValueError,
+            "GALI.count must be from 2 to 3",
+        ),
         (lambda z: fa.tangent_map(LORENZ, z, time=1.0, deviation_vectors=np.eye(4)), ValueError, r"shape \(count, 3\)"),
         (
             lambda z: fa.poincare_map(LORENZ, z, section="w=0", crossings=1, max_time=1.0),

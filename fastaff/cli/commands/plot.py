@@ -47,7 +47,7 @@ def plot(
     Output().check()
     look.check()
     if not (data.is_file() or is_store(data)):
-        raise OptionError(f"{data} is no store of fastaff and no file")
+        raise OptionError(f"{data} must be a file or a store of fastaff, but does not exist")
     usual = data.with_suffix(".png")
     if out is None:
         target = usual

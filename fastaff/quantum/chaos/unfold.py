@@ -18,7 +18,8 @@ def checked_levels(levels: Any, least: int = 3, name: str = "levels") -> np.ndar
     if E.ndim != 1 or E.size < least:
         raise ValueError(f"{name} must be (n,) with n >= {least}, got shape {E.shape}")
     if np.any(np.diff(E) < 0):
-        raise ValueError(f"{name} must ascend; level {int(np.argmax(np.diff(E) < 0)) + 1} is below the one before")
+        k = int(np.argmax(np.diff(E) < 0)) + 1
+        raise ValueError(f"{name} must be ascending, got {E[k]:g} after {E[k - 1]:g} at index {k}")
     return E
 
 

@@ -154,8 +154,8 @@ def weyl_count(model: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 
     Returns
     -------
     ndarray
-        Mean N of the staircase, k + 1/2 at level k. It is 0 below the smallest effective potential, and as low as -1/12
-        just above it.
+        Smooth number N of levels, close to k + 1/2 at level k = 0, 1, ... It is 0 below the minimum of the effective
+        potential, and can be as low as -1/12 just above it.
 
     Raises
     ------

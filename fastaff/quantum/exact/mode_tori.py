@@ -142,7 +142,12 @@ def mode_levels(model: Any, n: Any, max_energy: Any, guess: Any, hbar: Any, way:
     if guess is not None and (way != "normal" or max_energy is not None):
         raise ValueError("guess must be given without modes and max_energy: a torus near a point has its own angles")
     if (max_energy is None) == (n is None and guess is None):
-        raise ValueError("give either n, quantum numbers of the modes, or guess, or max_energy")
+        wrong = (
+            "max_energy must be None with n or guess"
+            if max_energy is not None
+            else "n, guess or max_energy must be given"
+        )
+        raise ValueError(f"{wrong}, got {shown(max_energy)}")
     h = 2 * np.pi * quantum
     known = modes_of(model, way)
     points = [None] if guess is None else list(phase_points("guess", guess, current_system(model)).T)

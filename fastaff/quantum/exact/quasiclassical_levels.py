@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...core.docstrings import inserts_parameters
 from ...core.names import named
-from ...core.numbers import flag, positive, real, shown, text, whole
+from ...core.numbers import flag, listed, positive, real, shown, text, whole
 from ...results.calls import records_call
 from ...systems.charts import Chart
 from ...systems.models.contracts import Dynamics, SeparableModel
@@ -69,15 +69,17 @@ def quasiclassical_levels(
     {single_valued}
     {quantum_chart}
     guess : array_like, shape (2n,) or (2n, levels), optional
-        For a body, a phase point in the intended well. For a vibration, phase points near the tori, for example in a
-        resonance; `n` then counts in the basis of `fit_torus`. Default: the basis of the next level.
+        For a body, a phase point in the intended potential well. For a vibration, phase points near the tori, for
+        example in a resonance. The quantum numbers `n` then belong to the angles of the torus that `fit_torus` finds
+        there. Default: no guess.
     modes : {"normal", "local"}, default "normal"
         Modes of a vibration: normal modes, the fastest first, or the mode of each coordinate.
 
     Returns
     -------
     LevelTable
-        Levels, possibly none, with ``spacing``. The errors belong to E(J), not to the quantization.
+        Levels, with their ``spacing``; empty if no level lies below `max_energy`. The errors are those of E(J). They do
+        not include the error of the semiclassical approximation.
 
     Raises
     ------
@@ -96,7 +98,7 @@ def quasiclassical_levels(
       and 3.
     - ``UNBOUND``: no torus has the actions. ``NOT_CONVERGED``: no torus of a vibration was found, for example beyond a
       separatrix. Other modes may have one.
-    - Searches below `max_energy` end at the first level above in each direction and at levels without a torus.
+    - Searches below `max_energy` end, in each direction of n, at the first level above it or without a torus.
     - Cost: 20 microseconds per level by quadrature; seconds per level of a vibration.
 
     References
@@ -126,11 +128,12 @@ def quasiclassical_levels(
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {shown(maslov)}")
-    if (max_energy is None) == (n is None and m is None and l is None):
-        raise ValueError(
-            f"give either n, m and l, or max_energy, got n = {shown(n, 16)}, m = {shown(m, 16)}, l = {shown(l, 16)}, "
-            f"max_energy = {shown(max_energy, 16)}"
-        )
+    given = [name for name, value in {"n": n, "m": m, "l": l}.items() if value is not None]
+    if max_energy is not None and given:
+        raise ValueError(f"max_energy must be None with {listed(given)}, got {shown(max_energy)}")
+    if max_energy is None and len(given) < 3:
+        got = listed(given) if given else "None"
+        raise ValueError(f"n, m and l must be given together, or max_energy alone, got {got}")
 
     def levels(n: np.ndarray, m: Any, l: Any) -> LevelTable:
         quanta = np.array(np.broadcast_arrays(*n, m, l))

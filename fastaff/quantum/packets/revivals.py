@@ -48,6 +48,17 @@ class TimeScales(NamedTuple):
     def __repr__(self) -> str:
         return screen(self)
 
+    def summary(self) -> str:
+        """Return one line with the period and the revival time of each coordinate.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
+        times = zip(self.names, self.period, np.diag(self.revival), strict=True)
+        return "; ".join(f"{name}: period {period:.6g}, revival {late:.6g}" for name, period, late in times)
+
     @property
     def period(self) -> np.ndarray:
         """Classical periods of packets, 2 pi hbar/``|dE/dn|``, shape (n,), inf for a slope of 0."""
@@ -83,6 +94,16 @@ class Revivals(NamedTuple):
     def __repr__(self) -> str:
         return screen(self)
 
+    def summary(self) -> str:
+        """Return the summary of the time scales from the levels.
+
+        Returns
+        -------
+        str
+            Summary.
+        """
+        return self.quantum.summary()
+
 
 @says_progress
 @inserts_parameters
@@ -116,8 +137,9 @@ def revivals(
     Returns
     -------
     Revivals
-        Time scales from the levels and from the actions. The rows are the coordinates of the chart, and eta and gamma
-        if ``|p_eta|`` = ``|m - l|`` hbar/2 and ``|p_gamma|`` are at least hbar. Below, E has a kink.
+        Time scales from the quantum levels and from the classical actions. The rows are the coordinates of the chart,
+        then eta and gamma. Rows eta and gamma exist only if ``|p_eta|`` = ``|m - l|`` hbar/2 and ``|p_gamma|`` =
+        ``|m + l|`` hbar/2 are at least hbar, because E has a kink at 0.
 
     Raises
     ------

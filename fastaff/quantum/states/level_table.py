@@ -104,6 +104,7 @@ class LevelTable(Result, axis="level"):
         E = self.E[known]
         failed = int(np.count_nonzero(self.status))
         span = f" from {E.min():.10g} to {E.max():.10g}" if E.size else ""
+        span = f", E = {E[0]:.10g}" if E.size == 1 else span
         less = f"; {self.E.size - E.size} without an energy" if E.size < self.E.size else ""
         doubt = f"; {failed} not converged{self._enough()}" if failed else ""
         return f"{counted(self.E.size, 'level')}{span}{less}{doubt}"

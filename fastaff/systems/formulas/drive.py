@@ -71,9 +71,13 @@ def _check_period(program: Program, coordinates: tuple[str, ...], values: Mappin
         k, j = np.argwhere(wrong)[0]
         one, other = (None if np.isnan(value) else value for value in (float(now[k, j]), float(later[k, j])))
         raise ValueError(
-            f"drive_period must be a period of the potential, got {shown(period)}: its values {one} and {other} "
-            "differ after it"
+            f"drive_period must be a period of the potential, got {shown(period)}: a value of V changes from "
+            f"{_brief(one)} to {_brief(other)} after it"
         )
+
+
+def _brief(value: float | None) -> str:
+    return "None" if value is None else f"{value:.6g}"
 
 
 def _values(program: Program, names: Mapping[str, Any]) -> np.ndarray:

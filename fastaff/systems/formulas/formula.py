@@ -140,8 +140,8 @@ def hamiltonian(
 ) -> FormulaHamiltonian:
     """Make a Hamiltonian system from a formula of its potential energy or of H.
 
-    The energy is ``H = sum p_i^2/(2 m_i) + V(q)``, with V periodic in t for a driven system. If you name the momenta,
-    the text is the whole of H(q, p) or H(q, p, t). All derivatives are exact.
+    The energy is ``H = sum p_i^2/(2 m_i) + V(q)``. For a driven system, V is periodic in t. If you name the momenta,
+    the text is the whole Hamiltonian, H(q, p) or H(q, p, t). All derivatives are exact.
 
     Parameters
     ----------
@@ -161,12 +161,13 @@ def hamiltonian(
         Periods of periodic coordinates, for example {"x": "2*pi"}: numbers or formulas of the parameters. States are
         not reduced to a period. A section such as "x=0" is taken modulo the period.
     masses : sequence of float, optional
-        One mass for each coordinate, which become the fields m_1, m_2, ... Default: masses of 1, without fields.
+        One mass for each coordinate. They become the fields m_1, m_2, ... of the model. Default: all masses are 1,
+        without fields.
     {formula_domain}
     rotation : float or str, optional
         Rate Omega of a rotating frame of the first two coordinates x and y, in radians per unit time. H gets the term
-        -Omega (x p_y - y p_x). The momenta are those in the frame at rest; V rests in the rotating frame. The energy is
-        Jacobi's integral.
+        -Omega (x p_y - y p_x). The momenta are those of the inertial frame. V is constant in the rotating frame. The
+        energy is Jacobi's integral.
     magnetic : float or str, optional
         Charge times magnetic field, e B, along x cross y, in the symmetric gauge: Omega = e B/(2 m), and V gets the
         term m Omega^2 (x^2 + y^2)/2. The momenta are canonical.
@@ -186,8 +187,8 @@ def hamiltonian(
     -------
     model
         Model with the methods of `HenonHeiles`. Its fields are the parameters, rotation, magnetic, friction, masses and
-        period. If you give a rate or the drive period as a formula of the parameters, such as "2*pi/w", it is not a
-        field. The angles are loops in (q_i, p_i).
+        period. A rate or drive period that is a formula of the parameters, such as "2*pi/w", is not a field. The
+        angles for frequencies are the phase angles of (q_i, p_i).
 
     Raises
     ------
@@ -201,19 +202,22 @@ def hamiltonian(
 
     Notes
     -----
-    * H with momenta: H = T(p) + V(q) is split if T has no poles and its minimum at p = 0; that minimum counts as energy
-      of V. A term -Omega (x p_y - y p_x) becomes `rotation`. Any other H needs GAUSS8, GAUSS16, DOP853 or VERNER9.
-    * Drive: the time is reduced to the period. The only sections are `Stroboscopic`, "t=0".
-    * Friction: splittings are conformally symplectic and contract volume as exp(-n g t). BLANES_MOAN6 and other schemes
-      for a quadratic T lose their order.
+    * H with momenta: H = T(p) + V(q) is separable if T has no poles and its minimum at p = 0. V includes the value of
+      that minimum. A term -Omega (x p_y - y p_x) becomes `rotation`. Any other H requires GAUSS8, GAUSS16, DOP853 or
+      VERNER9.
+    * Drive: the time is taken modulo the period. Sections are `Stroboscopic`, such as "t=0", or do not depend on t,
+      such as "x=0".
+    * Friction: splitting methods are conformally symplectic and contract volume as exp(-n g t). The order of
+      BLANES_MOAN6 and other schemes for a quadratic T falls.
     * Domain: by default the margin is the least argument of logarithms and roots, and of poles with one sign
       everywhere.
 
     References
     ----------
-    Henon & Heiles 1964, Astron. J. 69, 73, for one; Szebehely 1967, Theory of Orbits, chapter 1 (Jacobi's integral);
-    McLachlan & Perlmutter 2001, J. Geom. Phys. 39, 276 (conformal Hamiltonian systems); Landau & Lifshitz, The
-    Classical Theory of Fields, section 45 (Larmor's theorem); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+    Henon & Heiles 1964, Astron. J. 69, 73 (the example); Szebehely 1967, Theory of Orbits, chapter 1 (Jacobi's
+    integral); McLachlan & Perlmutter 2001, J. Geom. Phys. 39, 276 (conformal Hamiltonian systems); Landau & Lifshitz,
+    The Classical Theory of Fields, section 45 (Larmor's theorem); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103
+    (SymPy).
 
     Examples
     --------

@@ -25,14 +25,18 @@ def section_forms(system: System) -> tuple[str, ...]:
     return (*TURNING, *(f"{name}=c" for name in EQUALS), *(() if system.isotropic else coordinates))
 
 
-def _unknown(argument: str, asked: str, forms: tuple[str, ...], system: System) -> str:
+def _unknown(argument: str, asked: str, text: str, forms: tuple[str, ...], system: System) -> str:
     """Return the sentence for the text of a section that a model does not have."""
+    said = f"{argument} must be one of {listed(forms)}, got {shown(text)}."
     if asked == f"{TIME}=c" and not system.driven:
-        return f"{argument} 't=c' requires a driven system; {kind_of(system.model)} does not depend on time"
-    hint = did_you_mean(asked, forms) or (
-        " Use fa.Hyperplane(normal, offset) for other sections." if argument == "section" else ""
-    )
-    return f"{argument} must be one of {listed(forms)}, got {shown(asked)}.{hint}"
+        kind = kind_of(system.model)
+        return f"{said} {kind[0].upper()}{kind[1:]} has no drive."
+    name, equals, _ = asked.partition("=")
+    names = [form.partition("=")[0] for form in forms if form.endswith("=c")] if equals else forms
+    momentum = name.replace("_", "") in [row.replace("_", "") for row in system.row_names[len(system.names) :]]
+    hint = did_you_mean(asked, forms) if did_you_mean(name, names) and not momentum else ""
+    other = " Use fa.Hyperplane(normal, offset) for other sections." if argument == "section" else ""
+    return said + (hint or other)
 
 
 SIGNS = {"+": 1, "-": -1, "+-": 0, "-+": 0}
@@ -59,7 +63,7 @@ def section_named(text: str, system: System, direction: int = 1, *, argument: st
     try:
         form = named(argument, asked, forms)
     except ValueError:
-        raise ValueError(_unknown(argument, asked, forms, system)) from None
+        raise ValueError(_unknown(argument, asked, text.strip(), forms, system)) from None
     if not equals:
         return TURNING[form](direction)
     name = form.removesuffix("=c")

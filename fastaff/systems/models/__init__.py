@@ -49,7 +49,9 @@ def __getattr__(name: str) -> Any:
     """Load a named system: it is a text, and `fastaff.formulas`, a higher layer, makes models of texts."""
     found = _systems().get(name) if name[:1].isupper() else None
     if found is None:
-        raise AttributeError(f"fastaff.models has no {name!r}")
+        from ...core.names import did_you_mean
+
+        raise AttributeError(f"fastaff.models has no {name!r}.{did_you_mean(name, __dir__())}")
     return found
 
 

@@ -13,7 +13,7 @@ class DoublePendulum(NamedTuple):
     """Model two masses on massless rods, one below the other.
 
     The coordinates are the angles q1 and q2 from straight down. The momenta p1 and p2 are the angular momenta dL/dq1'
-    and dL/dq2'. Any consistent units do.
+    and dL/dq2'. Units must be consistent.
 
     Parameters
     ----------

@@ -248,8 +248,8 @@ class SeparableElliptic(NamedTuple):
     The potential energy is ``V = (V_kappa(kappa) + V_lambda(lambda))/(2 (cosh^2 kappa - cos^2 lambda))``. The variables
     follow from alpha = sqrt2 cosh(kappa) cos(lambda) and beta = sqrt2 sinh(kappa) sin(lambda).
 
-    The focus kappa = lambda = 0 of the chart is the undeformed body. V is 0/0 there if V_kappa(0) + V_lambda(0) = 0,
-    else singular. `StackelBody` adds the terms V_eta and V_gamma.
+    The focus kappa = lambda = 0 of the chart is the undeformed body. V has the form 0/0 there if V_kappa(0) +
+    V_lambda(0) = 0, and is singular otherwise. `StackelBody` adds the terms V_eta and V_gamma.
 
     References
     ----------
