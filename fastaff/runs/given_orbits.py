@@ -273,8 +273,8 @@ def _plain(value: Any) -> np.ndarray:
         )
     if array.dtype.kind == "O":
         raise TypeError(
-            f"samples must be an array of real numbers, got objects of shape {array.shape}. Fill rows with np.nan to "
-            "one length."
+            f"samples must be an array of real numbers, got objects of shape {array.shape}. Use "
+            "np.array(samples.tolist(), dtype=float), rows of one length."
         )
     return array
 

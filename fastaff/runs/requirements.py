@@ -718,8 +718,9 @@ def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
         margin = np.broadcast_to(at_points(system.model, "margin", *z[: system.positions]), z.shape[1:])
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
+        of = "" if system.nonseparable else " of the potential"
         raise ValueError(
-            f"{name} must lie in the domain of the potential ({_where(system)}), got orbit {outside[0]} with margin "
+            f"{name} must lie in the domain{of} ({_where(system)}), got orbit {outside[0]} with margin "
             f"{margin[outside[0]]:.6g} ({outside.size} such orbits)"
         )
     return carried(z, system)
@@ -731,7 +732,7 @@ def _where(system: System) -> str:
     if domain:
         return f"{domain if len(domain) <= LONGEST else domain[:LONGEST] + ' ...'} > 0"
     if system.nonseparable:
-        return "off the axis of a chart, such as theta = 0 of a top"
+        return 'off the axis of a chart; for a top use AsymmetricTop(..., chart="quaternion")'
     return "for most bodies det phi > 0"
 
 

@@ -732,9 +732,9 @@ def test_bad_input_is_named(chart):
             ValueError, match=rf"{name} must be finite real numbers of shape \({rows}, ...\), got shape \(3,\)"
         ):
             method(np.ones(3))
-        with pytest.raises(ValueError, match=rf"{name} takes .* got nan"):
+        with pytest.raises(ValueError, match=rf"{name} must be .* got nan"):
             method(np.full(rows, np.nan))
-        with pytest.raises(TypeError, match=f"{name} takes"):
+        with pytest.raises(TypeError, match=f"{name} must be"):
             method(np.ones(rows, complex))
     for mu, error in ((0.0, ValueError), (np.nan, ValueError), ("1", TypeError)):
         with pytest.raises(error, match="mu must be"):

@@ -637,8 +637,13 @@ def test_charts():
 @pytest.mark.parametrize(
     ("body", "chart", "error", "words"),
     [
-        (Body(NeoHookean()), None, ValueError, "model must separate.*fit_torus"),
-        (StackelBody(NeoHookean(), V_ETA, V_GAMMA), None, ValueError, "model must separate"),
+        (Body(NeoHookean()), None, ValueError, "model must be separable, got a Body of NeoHookean.*fit_torus"),
+        (
+            StackelBody(NeoHookean(), V_ETA, V_GAMMA),
+            None,
+            ValueError,
+            "model must be separable, got a Body of NeoHookean",
+        ),
         (StackelBody(3.0, V_ETA, V_GAMMA), None, (TypeError, ValueError), ""),
         (
             Body(Hyperelastic()),
@@ -649,9 +654,9 @@ def test_charts():
         (Body(Harmonic()), TWO_POLAR, ValueError, "chart must be one"),
         (Body(Harmonic()), "parabolic", ValueError, "chart must be one.*'parabolic'"),
         (Body(Harmonic()), 3, TypeError, "chart must be a chart.*3"),
-        (Harmonic(), None, TypeError, "wrap it"),
-        (SeparableAlphaBeta(Oscillator(), Oscillator()), None, TypeError, "wrap it"),
-        (HenonHeiles(), None, TypeError, "model must be a Body or a StackelBody"),
+        (Harmonic(), None, TypeError, r"is a potential\. Use Body\("),
+        (SeparableAlphaBeta(Oscillator(), Oscillator()), None, TypeError, r"is a potential\. Use Body\("),
+        (HenonHeiles(), None, TypeError, "model must be a separable Body, got HenonHeiles"),
         ("Harmonic", None, TypeError, "model must be a model"),
         (None, None, TypeError, "model must be a model"),
         (Body(SeparableAlphaBeta(1.0, Oscillator())), None, TypeError, "V_alpha must be a function such as"),
