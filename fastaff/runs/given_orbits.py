@@ -403,7 +403,7 @@ def _interval(dt: Any, times: Any, samples: int) -> tuple[float, float | None]:
         median = float(np.median(np.diff(array)))
         worst = int(np.abs(np.diff(array) - median).argmax())
         raise ValueError(
-            f"times must be equidistant, got {array[worst + 1] - array[worst]:.9g} from sample {worst} on, most often "
-            f"{median:.9g}"
+            f"times must be equidistant, got {array[worst + 1] - array[worst]:.9g} from sample {worst} to "
+            f"{worst + 1}, most often {median:.9g}"
         )
     return float(array[0]), interval

@@ -62,9 +62,8 @@ REFUSALS = {
         "drive": "signals must be given for a driven system without its own: functions of its coordinates and its time."
     },
     "a return": {
-        "drive loss": "model {model} has a drive and {has}. Write both as equations, fa.ode.",
-        "loss": "model {model} {has} and no drive, so no orbit returns. Write a drive and friction as equations, "
-        "fa.ode.",
+        "drive loss": "{named} has a drive and {has}. Write both as equations, fa.ode.",
+        "loss": "{named} {has} and no drive, so no orbit returns. Write a drive and friction as equations, fa.ode.",
     },
     "a return at an energy": {
         "iterates": "energy is not supported for maps, which have none, got {got}.",
@@ -124,8 +123,9 @@ def check_needs(system: System, need: str, **said: Any) -> None:
     for words, sentence in REFUSALS[need].items():
         if system.words >= {*words.split()}:
             error = TypeError if need in OF_MODELS else ValueError
+            model = system.model
             has = "" if system.own is None else system.own.has
-            raise error(sentence.format(model=kind_of(system.model), has=has, **said))
+            raise error(sentence.format(model=kind_of(model), named=titled("model", model), has=has, **said))
 
 
 def check_given(system: System, need: str, instead: str = "", **given: Any) -> None:

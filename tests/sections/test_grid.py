@@ -431,5 +431,5 @@ def test_a_section_of_a_momentum_launches_nothing(body):
         lambda: fa.energy_grid(body, energy=0.1, section=section),
         lambda: fa.plot.edge(body, section, energy=0.1),
     ):
-        with pytest.raises(TypeError, match="one non-zero entry, of a coordinate, to launch orbits on it"):
+        with pytest.raises(TypeError, match="must be a Hyperplane normal to one coordinate to launch orbits on it"):
             launch()

@@ -218,7 +218,7 @@ def test_passing_through_the_centre():
     """At r = 0 the limit along the motion: vartheta from the momentum, p_vartheta = 0, p_r infinite, no warning."""
     q = R_VARTHETA.from_planes([0, 0, 0, 0, 3, 0, 0, -3])
     np.testing.assert_allclose(q, [0, np.pi / 2, 3 * np.pi / 4, 3 * np.pi / 4, np.inf, 0, 0, 0], rtol=1e-15)
-    with pytest.raises(ValueError, match=r"q takes finite .* got inf at index \(4,\)"):
+    with pytest.raises(ValueError, match=r"q must be finite .* got inf at index \(4,\)"):
         R_VARTHETA.to_planes(q)
 
 

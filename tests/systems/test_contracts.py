@@ -388,7 +388,7 @@ def test_a_new_term_is_one_value(name, new_terms):
     assert system_of(model).conserves
     assert repr(model).endswith(f"{name}={rate!r})")
     assert pickle.loads(pickle.dumps(model)) == model
-    with pytest.raises(ValueError, match=f"and FormulaHamiltonian {NEW[name].has}: take"):
+    with pytest.raises(ValueError, match=rf"and the system {NEW[name].has}\. Use KAHAN_LI8"):
         fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
     with pytest.raises(TypeError, match=r"must be a system|: it has no page; poincare_map"):
         fa.explore(model, energy=0.1)
