@@ -566,9 +566,9 @@ def test_focus_of_the_parabolic_chart():
     z = np.array([0, 0, 0, 0, *MOVING])
     q = PARABOLIC.from_planes(z)
     np.testing.assert_array_equal(q[[0, 1, 4, 5, 6, 7]], 0)
-    with pytest.raises(ValueError, match="q must avoid the focus .* in the parabolic chart"):
+    with pytest.raises(ValueError, match=r"q must avoid the focus .* in the parabolic chart"):
         PARABOLIC.to_planes(q)
-    with pytest.raises(ValueError, match="w must avoid the focus .* in the parabolic chart"):
+    with pytest.raises(ValueError, match=r"w must avoid the focus .* in the parabolic chart"):
         PARABOLIC.velocities_from_planes(z)
 
 
@@ -609,11 +609,11 @@ def test_outside_of_a_chart():
     for method in (R_VARTHETA.metric, R_VARTHETA.jacobian):
         with pytest.raises(ValueError, match=r"must avoid r = 0 .* in the r-vartheta chart"):
             method([0, 1, 0, 0])
-    with pytest.raises(ValueError, match="must avoid .* in the r-vartheta chart"):
+    with pytest.raises(ValueError, match=r"must avoid .* in the r-vartheta chart"):
         R_VARTHETA.velocities_to_planes([0, 1, 0, 0, 0, 0, 0, 0])
     at_centre = R_VARTHETA.velocities_from_planes([0, 0, 0, 0, 3, 0, 0, -3])
     np.testing.assert_allclose(at_centre, [0, np.pi / 2, 3 * np.pi / 4, 3 * np.pi / 4, 0, 0, 0, 0], rtol=1e-15)
-    with pytest.raises(ValueError, match="must avoid .* in the exponential chart"):
+    with pytest.raises(ValueError, match=r"must avoid .* in the exponential chart"):
         EXPONENTIAL.points_to_planes([2000.0, 0, 0, 0])  # e^a overflows
 
 
