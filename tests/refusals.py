@@ -455,10 +455,7 @@ ROWS = [
     (
         lambda: fa.periodic_orbits(DAMPED, Z4, section="x=0", max_time=9.0),
         TypeError,
-        (
-            "model the system has friction and no drive, so no orbit returns. Write a drive and friction as "
-            "equations, fa.ode."
-        ),
+        ("model has friction and no drive, so no orbit returns. Write a drive and friction as equations, fa.ode."),
     ),
     (
         lambda: fa.energy_sample(DAMPED, energy=0.1, orbits=3, axes={"x": (-1, 1)}),

@@ -335,12 +335,12 @@ def listed(names: Any) -> str:
 
 def kind_of(model: Any) -> str:
     """Return the name of a model's class in a message, "the system" for a class that was made of a formula."""
-    return "the system" if hasattr(type(model), "_request") else type(model).__name__
+    return "the system" if "_request" in vars(type(model)) else type(model).__name__
 
 
 def titled(name: str, model: Any) -> str:
     """Return the name of an argument with that of the class of the model it has; alone if a formula made the class."""
-    return name if hasattr(type(model), "_request") else f"{name} {type(model).__name__}"
+    return name if "_request" in vars(type(model)) else f"{name} {type(model).__name__}"
 
 
 def reason(problem: BaseException) -> str:

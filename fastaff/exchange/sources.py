@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..core.interruption import imported
-from ..core.numbers import kind_of, listed, shown
+from ..core.numbers import listed, shown
 from ..systems.formulas.forced import BUILT_IN
 from ..systems.formulas.gammainc import gammainc
 from ..systems.formulas.library import Request
@@ -99,5 +99,5 @@ def _refused(model: Any) -> str:
     try:
         ode(model, forces={})
     except (TypeError, ValueError):
-        return kind_of(model)
-    return f"{kind_of(model)}: of its equations, source(fa.ode(model, forces={{}}))"
+        return type(model).__name__
+    return f"{type(model).__name__}: of its equations, source(fa.ode(model, forces={{}}))"

@@ -136,7 +136,8 @@ class InitialConditions:
             if None in ranges:
                 both = f"{option('q_range')} and {option('p_range')}"
                 dicts = r"the ranges of the axes|ranges of the \w+, axes=\{.*\}"
-                raise OptionError(re.sub(dicts, both, str(problem))) from None
+                pairs = r"\(\((\S+), (\S+)\), \((\S+), (\S+)\)\)"
+                raise OptionError(re.sub(pairs, r"\1:\2 and \3:\4", re.sub(dicts, both, str(problem)))) from None
         if self.orbits is not None:
             boxes = ranges_to_draw(where, ranges if any(given) else None)
             return RandomPoints(OnSection(where, boxes), self.orbits, self.seed, edge)

@@ -273,8 +273,8 @@ def _plain(value: Any) -> np.ndarray:
         )
     if array.dtype.kind == "O":
         raise TypeError(
-            f"samples must be an array of real numbers, got objects of shape {array.shape}. Fill rows with np.nan to "
-            "one length."
+            f"samples must be an array of real numbers, got objects of shape {array.shape}. Use "
+            "np.array(samples.tolist(), dtype=float), rows of one length."
         )
     return array
 
@@ -403,7 +403,7 @@ def _interval(dt: Any, times: Any, samples: int) -> tuple[float, float | None]:
         median = float(np.median(np.diff(array)))
         worst = int(np.abs(np.diff(array) - median).argmax())
         raise ValueError(
-            f"times must be equidistant, got {array[worst + 1] - array[worst]:.9g} from sample {worst} on, most often "
-            f"{median:.9g}"
+            f"times must be equidistant, got {array[worst + 1] - array[worst]:.9g} from sample {worst} to "
+            f"{worst + 1}, most often {median:.9g}"
         )
     return float(array[0]), interval

@@ -168,10 +168,11 @@ class Options:
 def suited(options: Options, system: System) -> Options:
     """Return the options with the scheme that a kind of model needs; raises ValueError where they have another."""
     scheme = options.scheme
+    got = "AUTO" if isinstance(scheme, Automatic) else str(getattr(scheme, "name", scheme))
     if isinstance(scheme, (Automatic, TimeTransformed)):
-        check_needs(system, "a scheme by energy", got=getattr(scheme, "name", "AUTO"))
+        check_needs(system, "a scheme by energy", got=got)
     if not (scheme is None or isinstance(scheme, (RungeKutta, Collocation))):
-        check_needs(system, "a splitting", got=str(getattr(scheme, "name", scheme)))
+        check_needs(system, "a splitting", got=got)
     if system.canonical:
         return options
     scheme = DOP853 if scheme is None else scheme

@@ -62,9 +62,8 @@ REFUSALS = {
         "drive": "signals must be given for a driven system without its own: functions of its coordinates and its time."
     },
     "a return": {
-        "drive loss": "model {model} has a drive and {has}. Write both as equations, fa.ode.",
-        "loss": "model {model} {has} and no drive, so no orbit returns. Write a drive and friction as equations, "
-        "fa.ode.",
+        "drive loss": "{named} has a drive and {has}. Write both as equations, fa.ode.",
+        "loss": "{named} {has} and no drive, so no orbit returns. Write a drive and friction as equations, fa.ode.",
     },
     "a return at an energy": {
         "iterates": "energy is not supported for maps, which have none, got {got}.",
@@ -124,8 +123,9 @@ def check_needs(system: System, need: str, **said: Any) -> None:
     for words, sentence in REFUSALS[need].items():
         if system.words >= {*words.split()}:
             error = TypeError if need in OF_MODELS else ValueError
+            model = system.model
             has = "" if system.own is None else system.own.has
-            raise error(sentence.format(model=kind_of(system.model), has=has, **said))
+            raise error(sentence.format(model=kind_of(model), named=titled("model", model), has=has, **said))
 
 
 def check_given(system: System, need: str, instead: str = "", **given: Any) -> None:
@@ -718,8 +718,9 @@ def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
         margin = np.broadcast_to(at_points(system.model, "margin", *z[: system.positions]), z.shape[1:])
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
+        of = "" if system.nonseparable else " of the potential"
         raise ValueError(
-            f"{name} must lie in the domain of the potential ({_where(system)}), got margin "
+            f"{name} must lie in the domain{of} ({_where(system)}), got margin "
             f"{margin[outside[0]]:.6g} in orbit {outside[0]}{and_others(outside.size)}"
         )
     return carried(z, system)
@@ -736,7 +737,7 @@ def _where(system: System) -> str:
     if domain:
         return f"{domain if len(domain) <= LONGEST else domain[:LONGEST] + ' ...'} > 0"
     if system.nonseparable:
-        return "off the axis of a chart, such as theta = 0 of a top"
+        return 'off the axis of a chart; for a top use AsymmetricTop(..., chart="quaternion")'
     return "for most bodies det phi > 0"
 
 

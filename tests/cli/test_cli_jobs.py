@@ -248,7 +248,7 @@ def test_workers_of_dask(tmp_path, monkeypatch):
         (TABLES + "[frequency_map]\n[initial_conditions]\ngrid = [4, 0]\n", "[initial_conditions] grid must be N1xN2"),
         (TABLES + "[frequency_map]\n[initial_conditions]\nfile = 'none.npy'\n", "none.npy does not exist"),
         (TABLES + "[integrate]\n", "[integrate] needs 'time'"),
-        (TABLES + "[action_angles]\n", "model must separate"),
+        (TABLES + "[action_angles]\n", "[model] model must be separable, got a Body of NeoHookean"),
         (TABLES + "[model]\nformula = '__import__(1)'\n[poincare]\n", "a.toml: "),
     ],
 )

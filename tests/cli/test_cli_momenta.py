@@ -164,8 +164,11 @@ def test_parameters_may_be_words():
         (["--model", "double-pendulum", "--mu", "2"], "--mu belongs to bodies"),
         (["--model", "double-pendulum"], "--energy is required"),
         (["--model", "double-pendulum", "--energy", "-4"], "the least energy there is -3"),
-        ([*TEXT[:7], "--periodic", "q1=1", "--energy", "1"], "--periodic['q1'] must be one of the system's"),
-        ([*TEXT, "--friction", "0.1", "--energy", "1"], "friction does not go with momenta"),
+        (
+            [*TEXT[:7], "--periodic", "q1=1", "--energy", "1"],
+            "--periodic['q1'] must be a period of the system, got 1, over which",
+        ),
+        ([*TEXT, "--friction", "0.1", "--energy", "1"], "--friction must be given without momenta"),
         (
             [
                 *("--hamiltonian=p**2*x**2 - s**2 + y**2", "--momenta", "p s", "--energy", "1", "--orbits", "3"),

@@ -255,5 +255,5 @@ def test_systems_of_sympy():
         np.testing.assert_allclose(model.rates(*point), text.rates(*point), rtol=1e-14)
     with pytest.raises(ValueError, match="gamma"):
         fa.ode({x: sympy.gamma(x)})
-    with pytest.raises(TypeError, match="text must be a text of equations"):
+    with pytest.raises(TypeError, match="text must be equations such as"):
         fa.ode([1.0, 2.0])

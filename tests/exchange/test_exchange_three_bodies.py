@@ -74,7 +74,7 @@ def test_rows_of_text(tmp_path):
         table.z0[:, 1], [-1, 0, 1, 0, 0, 0, 0.46444, 0.39606, 0.46444, 0.39606, -0.92888, -0.79212]
     )
     for rows, m3, word in (
-        (EQUAL, 0.5, "has none"),
+        (EQUAL, 0.5, "must be a table with v1, v2 and a period in a row for m3 = 0.5"),
         ([(0.15, *EQUAL[0][1:])], 1.0, "must have scaled periods .* row 0"),
     ):
         with pytest.raises(ValueError, match=word):

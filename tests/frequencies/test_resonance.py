@@ -554,8 +554,8 @@ def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays(body, energy, rows, 
         fastaff.resonance_web(grid, axes=grid)
     drawn = found.plot(grid, web=one)
     assert len(drawn.lines) == sum(len(line.lines) for line in one)
-    with pytest.raises(TypeError, match="web= is drawn over the EnergyGrid"):
+    with pytest.raises(TypeError, match="web must be drawn over its EnergyGrid"):
         found.plot(web=one)
     for other in (None, axes):
-        with pytest.raises(TypeError, match=r"axes must be the EnergyGrid .*found\.nu\.reshape\(-1, n1, n2\)"):
+        with pytest.raises(TypeError, match=r"axes must be the EnergyGrid .*nu\.reshape\(-1, n1, n2\)"):
             fastaff.resonance_web(found, axes=other)

@@ -706,7 +706,7 @@ def test_a_tail_of_one_point_is_an_end(fill, samples):
             assert f"{gone.sum()} LOST (" in result.summary()
         assert (np.isfinite(found.error).all(axis=0) == (life >= 64)).all()
         again = fa.tunes(np.where(np.arange(samples) < life[:, None], z, np.nan))
-        for name in ("nu", "error", "turns", "window", "kind"):
+        for name in ("nu", "error", "turns", "window", "classification"):
             same(getattr(again, name), getattr(found, name))
         slow = fa.orbit_frequencies(z, 1.0)
         np.testing.assert_array_equal(slow.status == fa.Status.LOST, gone & (slow.status != fa.Status.NOT_CONVERGED))

@@ -53,10 +53,12 @@ def test_a_store_does_not_go_on_on_another_processor(act, other, store):
     opened = Store(store, writing=True)
     opened.forget(1)
     opened.tell(processor=other)
-    with pytest.raises(ValueError, match="another kind of processor") as caught:
+    with pytest.raises(ValueError, match="another type of processor") as caught:
         act(store)
     said = str(caught.value)
-    assert set(other.split()) ^ set(machine.processor().split()) <= set(said.replace(",", "").split())
+    for one, two in ((other, machine.processor()), (machine.processor(), other)):
+        features = " ".join(sorted({*one.split()} - {*two.split()})) or "nothing"
+        assert features[:18] in said
     assert "--allow-other-cpu" in said
     assert (Store(store).state(1) == -1).all()
 
@@ -65,7 +67,7 @@ def test_it_goes_on_where_that_is_asked_for(store, made):
     opened = Store(store, writing=True)
     opened.forget(2)
     opened.tell(processor="core2 sse2")
-    with pytest.raises(ValueError, match="another kind of processor"):
+    with pytest.raises(ValueError, match="another type of processor"):
         fa.rerun(store, status="OK", scheme="DOP853")
     assert Store(store).facts["reruns"] == []
     JobResults.stored(store)["integrate"]  # it can be read

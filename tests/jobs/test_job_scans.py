@@ -56,7 +56,7 @@ def test_a_scan_that_is_stopped_goes_on(whole, tmp_path, chunk):
     found = fa.resume(path)
     same(found["chaotic_fraction"], whole)
     assert found.counts() == {"chaotic_fraction": {"OK": int(whole.statuses[0].sum())}}
-    with pytest.raises(ValueError, match="second scheme"):
+    with pytest.raises(ValueError, match="cases of a scan have their fallback scheme"):
         fa.rerun(path, status="OK", scheme="DOP853")
 
 

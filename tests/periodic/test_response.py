@@ -115,7 +115,7 @@ def test_a_forced_branch_is_drawn_by_its_amplitude(ax):
         assert ax.get_ylabel() == label
     with pytest.raises(ValueError, match="y must be one of x, t, p_x, p_t, frequency, got 'v'"):
         branch.plot(ax=ax, y="v")
-    with pytest.raises(TypeError, match=r"bifurcation must be one of a branch's, .* branch.plot\(\) draws a branch"):
+    with pytest.raises(TypeError, match=r"must be one of branch.bifurcations, got .* Use branch.plot\(\)"):
         fa.plot.plot_bifurcation(branch, ax=ax)
 
 

@@ -117,9 +117,9 @@ def test_what_its_order_does_not_hold_for_is_refused():
     damped = fa.hamiltonian("x**2/2", coordinates="x", friction=0.1)
     whole = fa.hamiltonian("p**2*(1 + x**2)/2 + x**2/2", coordinates="x", momenta="p")
     for model, said in (
-        (turning, "turns: take BLANES_CASAS_ESCORIHUELA8"),
+        (turning, r"turns\. Use BLANES_CASAS_ESCORIHUELA8"),
         (damped, "has friction"),
-        (whole, "rates"),
+        (whole, r"the system has H\(q, p\)"),
     ):
         z0 = np.full(2 * model.degrees_of_freedom, 0.1)
         with pytest.raises(ValueError, match=said):

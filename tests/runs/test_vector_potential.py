@@ -214,7 +214,7 @@ def test_what_is_no_vector_potential_is_refused():
         ({"vector_potential": A, "B": 1.0, "momenta": "p q"}, ValueError, "momenta does not go with vector_potential"),
         ({"vector_potential": A, "B": 1.0, "masses": [1.0]}, ValueError, "masses must be 2 positive numbers"),
         ({"vector_potential": A}, ValueError, "'B'"),
-        ({"vector_potential": A, "B": 1.0, "C": 1.0}, ValueError, "'C' is not used"),
+        ({"vector_potential": A, "B": 1.0, "C": 1.0}, ValueError, "parameter 'C' must be a name in the formula"),
     ):
         with pytest.raises(error, match=match):
             fa.hamiltonian("x**2", **more)

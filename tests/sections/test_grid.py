@@ -156,13 +156,17 @@ def test_henon_heiles(normal, offset, direction):
         (
             {"section": AlphaEquals(30.0)},
             ValueError,
-            r"reaches no cell of the grid beta in \[0.1, 0.6\].* on alpha=30: it is below",
+            r"axes must reach points of energy 3.2 on alpha=30, got beta in \[0.1, 0.6\], p_beta in",
         ),
-        ({"section": AlphaEquals(0.05)}, ValueError, "reaches no cell"),
-        ({"section": Hyperplane((0.0,) * 7 + (1.0,))}, TypeError, "Hyperplane with one non-zero entry"),
+        ({"section": AlphaEquals(0.05)}, ValueError, "axes must reach points of energy 3.2 on alpha=0.05"),
+        (
+            {"section": Hyperplane((0.0,) * 7 + (1.0,))},
+            TypeError,
+            "section must be a Hyperplane normal to one coordinate",
+        ),
         ({"section": "alpha"}, ValueError, "section must be one of alpha-turning"),
         ({"axes": (BETAS[0],)}, TypeError, "axes must be two arrays"),
-        ({"axes": (100, 90)}, ValueError, r"axes are coordinates: np.linspace\(low, high, 100\)"),
+        ({"axes": (100, 90)}, ValueError, r"p_beta in \[90, 90\]\. Use coordinates, np.linspace\(low, high, 100\)"),
         ({"axes": 3.0}, TypeError, "axes must be two arrays"),
         ({"axes": ([], BETAS[1])}, ValueError, "axes must be two non-empty"),
         ({"axes": ([np.nan], BETAS[1])}, ValueError, "finite"),
@@ -427,5 +431,5 @@ def test_a_section_of_a_momentum_launches_nothing(body):
         lambda: fa.energy_grid(body, energy=0.1, section=section),
         lambda: fa.plot.edge(body, section, energy=0.1),
     ):
-        with pytest.raises(TypeError, match="one non-zero entry, of a coordinate, to launch orbits on it"):
+        with pytest.raises(TypeError, match="must be a Hyperplane normal to one coordinate to launch orbits on it"):
             launch()

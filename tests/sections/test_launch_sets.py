@@ -391,9 +391,9 @@ TWO = {"x": [0.0, 0.1], "z": [0.0, 0.1]}
         (
             {"section": fa.Hyperplane((1.0, 1.0, 0, 0, 0, 0))},
             TypeError,
-            "section must be Hyperplane with one non-zero entry",
+            "section must be a Hyperplane normal to one coordinate",
         ),
-        ({"energy": -9.0}, NotReached, r"energy -9.0 reaches no cell of the grid x in \[0, 0.1\], z in"),
+        ({"energy": -9.0}, NotReached, r"axes must reach points of energy -9, got x in \[0, 0.1\], z in"),
         ({"energy": np.inf}, ValueError, "energy must be finite"),
         ({"p_eta": 1.0}, ValueError, "p_eta and p_gamma must be 0"),
     ],
@@ -426,15 +426,25 @@ def test_axes_without_names_are_refused_with_a_call_that_takes_them():
         (HH, {"axes": {"q": (0, 1)}}, ValueError, "axes must be one of x, y, p_x, p_y, got 'q'"),
         (HH, {"axes": {"x": (1, 0)}}, ValueError, r"axes\['x'\] must be a range"),
         (HH, {"axes": {"x": (5.0, 6.0), "y": (1.0, 2.0)}}, ValueError, "at least 3.*, the least in the ranges"),
-        (HH, {"fixed": {"x": 1.0}}, ValueError, r"fixed goes with solve or at_rest.* solve='p_x' .* axes=\{'x': \("),
-        (HH, {"fixed": {"y": 0.1}, "section": "x=0"}, ValueError, r"such as axes=\{'p_y': \(-1, 1\)\}"),
+        (HH, {"fixed": {"x": 1.0}}, ValueError, r"fixed requires solve or at_rest.* solve='p_x' .* axes=\{'x': \("),
+        (
+            HH,
+            {"fixed": {"y": 0.1}, "section": "x=0"},
+            ValueError,
+            r"axes must give the ranges .* Try axes=\{'p_y': \(-1, 1\)\}",
+        ),
         (HH, {"fixed": {"y": 0.1}, "section": "x=0", "sign": -1, "axes": {"p_y": (0, 1)}}, ValueError, "direction=-1"),
         (HH, {"solve": "p_y"}, ValueError, "axes must give the ranges"),
         (HH, {"at_rest": True, "axes": {"phi": (0, 1)}}, ValueError, "axes and at_rest exclude one another"),
         (HH, {"at_rest": True, "energy": -1.0}, NotReached, "reaches less than a thousandth of the directions"),
         (HH, {"orbits": 0}, ValueError, "orbits must be at least 1"),
         (HH, {"seed": -1}, ValueError, "seed must be one of"),
-        (fa.Body(fa.Harmonic()), {"energy": 3.0}, ValueError, "axes must give ranges of the coordinates of a body"),
+        (
+            fa.Body(fa.Harmonic()),
+            {"energy": 3.0},
+            ValueError,
+            "axes or section must be given for the energy surface of a body",
+        ),
     ],
 )
 def test_wrong_samples(model, change, error, message):
@@ -445,7 +455,7 @@ def test_wrong_samples(model, change, error, message):
 @pytest.mark.parametrize(
     ("starts", "message"),
     [
-        ({"grid": "3x3"}, "grid is of the two coordinates of a section"),
+        ({"grid": "3x3"}, "grid requires a section of a body or of a system of two coordinates"),
         ({}, "axes NAME=LOW:HIGH:N is required"),
         ({"axes": ["x=0:1"]}, "axes x must be LOW:HIGH:N"),
         ({"axes": ["x=0:1:3", "x=0:1:3"]}, "axes x is given twice"),
@@ -464,7 +474,7 @@ def test_wrong_jobs(starts, message):
 
 def test_figures_say_what_they_need():
     ax = pytest.importorskip("matplotlib.figure").Figure().subplots()
-    with pytest.raises(ValueError, match="starts must lie over two coordinates to be drawn, these are x, y, p_x, p_y"):
+    with pytest.raises(ValueError, match="starts must lie over two coordinates, got x, y, p_x, p_y"):
         fa.energy_sample(HH, energy=0.1, orbits=3).plot(ax=ax)
     grid = fa.energy_grid(galaxy(), energy=-0.4, axes=TWO, solve="p_y")
     assert grid.plot(ax=ax).missing == 0
@@ -491,9 +501,9 @@ def test_sections_through_a_pole_ask_for_ranges():
             ValueError, match=r"unbounded at energy .* at a pole .* Pass the ranges of the axes"
         ) as said:
             fa.energy_sample(model, orbits=5, **at)
-        with pytest.raises(ValueError, match=r"a grid takes arrays over them: np\.linspace"):
+        with pytest.raises(ValueError, match=r"Pass axes, two arrays such as np\.linspace"):
             fa.energy_grid(model, **at)
-        named = str(said.value).split("such as ", 1)[1].split(", which")[0].translate(str.maketrans("", "", "()"))
+        named = str(said.value).split("such as ", 1)[1].rstrip(".").translate(str.maketrans("", "", "()"))
         low, high, bottom, top = (float(part) for part in named.split(","))
         np.testing.assert_allclose([low, high], [k / energy, -k / energy], rtol=1e-5)
         np.testing.assert_allclose([bottom, top], np.sqrt(-18 * energy) * np.array([-1, 1]), rtol=1e-2)

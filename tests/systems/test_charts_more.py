@@ -446,7 +446,7 @@ def test_plane_singular_sets_come_back(chart, where):
     """
     planes = np.array(SETS[where], dtype=float)
     if where == "alpha = 0" and chart.name in AREA_POSITIVE:
-        with pytest.raises(ValueError, match=r"z: the .* chart fails here, as it covers det phi = D1 D2 > 0 only"):
+        with pytest.raises(ValueError, match=r"z must avoid det phi = D1 D2 <= 0 and D1 = D2 \(b = 0\) in the"):
             chart.from_planes(np.concatenate([planes, MOVING]))
         return
     z = np.concatenate([planes, MOVING])
@@ -484,7 +484,9 @@ def test_density_and_inverse_metric_on_singular_sets():
         assert density[0] > 0
         assert density[1] <= 1e-15
         if density[1] == 0:
-            with pytest.raises(ValueError, match=rf"q: the {chart.name} chart fails here, .* at orbit \(1,\)$"):
+            with pytest.raises(
+                ValueError, match=rf"q must avoid .* in the {chart.name} chart, got .* at orbit \(1,\)$"
+            ):
                 chart.inverse_metric(q)
 
 
@@ -548,10 +550,10 @@ def test_focus_of_the_elliptic_chart():
     z = np.array([ROOT2, 0, 0, 0, *MOVING])
     q = ELLIPTIC.from_planes(z)
     np.testing.assert_allclose(q, [0, 0, 0, np.arctan2(0.9, 0.3), 0, 0, -0.7 * ROOT2, 0], rtol=0, atol=1e-15)
-    with pytest.raises(ValueError, match=r"q: the elliptic chart fails here, at the focus D1 = D2"):
+    with pytest.raises(ValueError, match=r"q must avoid the focus D1 = D2 .* in the elliptic chart"):
         ELLIPTIC.to_planes(q)
     both = np.stack([grid(ELLIPTIC, 1)[:, 0], z], axis=1)
-    with pytest.raises(ValueError, match=r"w: the elliptic chart fails here, at the focus .* at orbit \(1,\)"):
+    with pytest.raises(ValueError, match=r"w must avoid the focus .* in the elliptic chart, got .* at orbit \(1,\)"):
         ELLIPTIC.velocities_from_planes(both)
     rest = np.concatenate([z[:4], np.zeros(4)])
     np.testing.assert_array_equal(ELLIPTIC.velocities_to_planes(ELLIPTIC.velocities_from_planes(rest)), rest)
@@ -564,9 +566,9 @@ def test_focus_of_the_parabolic_chart():
     z = np.array([0, 0, 0, 0, *MOVING])
     q = PARABOLIC.from_planes(z)
     np.testing.assert_array_equal(q[[0, 1, 4, 5, 6, 7]], 0)
-    with pytest.raises(ValueError, match="q: the parabolic chart fails here, at its focus"):
+    with pytest.raises(ValueError, match=r"q must avoid the focus .* in the parabolic chart"):
         PARABOLIC.to_planes(q)
-    with pytest.raises(ValueError, match="w: the parabolic chart fails here, at its focus"):
+    with pytest.raises(ValueError, match=r"w must avoid the focus .* in the parabolic chart"):
         PARABOLIC.velocities_from_planes(z)
 
 
@@ -575,10 +577,10 @@ def test_poles_of_the_bipolar_chart():
     poles = np.stack([grid(chart, 1)[:, 0], np.array([0, 1.0, 0, 0, *MOVING])], axis=1)
     for convert in (chart.from_planes, chart.velocities_from_planes):
         with pytest.raises(
-            ValueError, match=r"the bipolar chart fails here, at its poles alpha = c, beta = 0 .* at orbit \(1,\)"
+            ValueError, match=r"[zw] must avoid alpha = c, beta = 0 .* in the bipolar chart, got .* at orbit \(1,\)"
         ):
             convert(poles)
-    with pytest.raises(ValueError, match=r"q: the bipolar chart fails here, .* at infinity"):
+    with pytest.raises(ValueError, match=r"q must avoid .* infinity .* in the bipolar chart"):
         chart.points_to_planes([0, 0, 0, 0])
     near = np.array([0, 1 + 1e-9, 1e-9, 0, *MOVING])
     np.testing.assert_allclose(chart.to_planes(chart.from_planes(near)), near, rtol=0, atol=1e-14 * 10)
@@ -592,9 +594,7 @@ def test_exponential_charts_need_positive_area(chart, planes):
     """D2 = 0 in the second: refused, also for what lies beside it."""
     both = np.stack([grid(chart, 1)[:, 0], np.array([*planes, *MOVING])], axis=1)
     for convert in (chart.from_planes, chart.velocities_from_planes):
-        with pytest.raises(
-            ValueError, match=r"chart fails here, as it covers det phi = D1 D2 > 0 only.* at orbit \(1,\)"
-        ):
+        with pytest.raises(ValueError, match=r"[zw] must avoid det phi = D1 D2 <= 0 .* at orbit \(1,\)"):
             convert(both)
 
 
@@ -607,13 +607,13 @@ def test_outside_of_a_chart():
         with pytest.raises(ValueError, match="must be positive; got delta = 0"):
             method([0, 1, 0, 0])
     for method in (R_VARTHETA.metric, R_VARTHETA.jacobian):
-        with pytest.raises(ValueError, match=r"the r-vartheta chart fails here, at r = 0"):
+        with pytest.raises(ValueError, match=r"must avoid r = 0 .* in the r-vartheta chart"):
             method([0, 1, 0, 0])
-    with pytest.raises(ValueError, match="r-vartheta chart fails here"):
+    with pytest.raises(ValueError, match=r"must avoid .* in the r-vartheta chart"):
         R_VARTHETA.velocities_to_planes([0, 1, 0, 0, 0, 0, 0, 0])
     at_centre = R_VARTHETA.velocities_from_planes([0, 0, 0, 0, 3, 0, 0, -3])
     np.testing.assert_allclose(at_centre, [0, np.pi / 2, 3 * np.pi / 4, 3 * np.pi / 4, 0, 0, 0, 0], rtol=1e-15)
-    with pytest.raises(ValueError, match="exponential chart fails here"):
+    with pytest.raises(ValueError, match=r"must avoid .* in the exponential chart"):
         EXPONENTIAL.points_to_planes([2000.0, 0, 0, 0])  # e^a overflows
 
 
@@ -732,9 +732,9 @@ def test_bad_input_is_named(chart):
             ValueError, match=rf"{name} must be finite real numbers of shape \({rows}, ...\), got shape \(3,\)"
         ):
             method(np.ones(3))
-        with pytest.raises(ValueError, match=rf"{name} takes .* got nan"):
+        with pytest.raises(ValueError, match=rf"{name} must be .* got nan"):
             method(np.full(rows, np.nan))
-        with pytest.raises(TypeError, match=f"{name} takes"):
+        with pytest.raises(TypeError, match=f"{name} must be"):
             method(np.ones(rows, complex))
     for mu, error in ((0.0, ValueError), (np.nan, ValueError), ("1", TypeError)):
         with pytest.raises(error, match="mu must be"):

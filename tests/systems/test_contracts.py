@@ -388,7 +388,7 @@ def test_a_new_term_is_one_value(name, new_terms):
     assert system_of(model).conserves
     assert repr(model).endswith(f"{name}={rate!r})")
     assert pickle.loads(pickle.dumps(model)) == model
-    with pytest.raises(ValueError, match=f"and FormulaHamiltonian {NEW[name].has}: take"):
+    with pytest.raises(ValueError, match=rf"and the system {NEW[name].has}\. Use KAHAN_LI8"):
         fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
     with pytest.raises(TypeError, match=r"must be a system|: it has no page; poincare_map"):
         fa.explore(model, energy=0.1)
@@ -407,7 +407,7 @@ def test_the_default_scheme_takes_any_kinetic_energy(options):
 def test_schemes_for_quadratic_kinetic_energies_are_refused_for_others():
     """BLANES_MOAN6 has order 6 for T quadratic in p alone; among candidates it is passed over."""
     for scheme in (fa.BLANES_MOAN6, fa.schemes.RKN12):
-        with pytest.raises(ValueError, match=f"{scheme.name} has its order {scheme.order} only where T is quadratic"):
+        with pytest.raises(ValueError, match=f"{scheme.name} has its order {scheme.order} only if T is quadratic"):
             fa.integrate(Relativistic(), Z, time=10.0, scheme=scheme)
     only = fa.schemes.Automatic((fa.BLANES_MOAN6,))
     with pytest.raises(ValueError, match="takes T quadratic in the momenta"):
@@ -428,7 +428,7 @@ def test_a_text_whose_kinetic_energy_ends_or_is_least_elsewhere_is_told_what_spl
     )
     assert system_of(model).nonseparable
     for scheme in (fa.KAHAN_LI8, fa.schemes.RKN12, fa.TimeTransformed(fa.KAHAN_LI8)):
-        said = r"needs velocity.* a class or a text whose T .* least at p = 0, and Form.* has rates.*: take GAUSS16"
+        said = r"requires H = T\(p\) \+ V\(q\) with T least at p = 0, and the system has H\(q, p\)\. Use GAUSS16"
         with pytest.raises(ValueError, match=said):
             fa.integrate(model, Z, time=1.0, scheme=scheme, step=0.05)
 
@@ -463,17 +463,19 @@ def test_a_class_that_does_not_name_its_kind_is_told_it():
         def margin(self, q, p):
             return 1.0 + 0.0 * q
 
-    with pytest.raises(TypeError, match=r"has no velocity, force, .* must have kind = \S*contracts.Kind.NONSEPARABLE$"):
+    with pytest.raises(
+        TypeError, match=r"has no velocity, force, .* must have kind = \S*contracts.Kind.NONSEPARABLE\.$"
+    ):
         fa.integrate(Whole(), [0.3, 0.4], time=1.0)
     del Whole.energy, Whole.tangent_rates
-    with pytest.raises(TypeError, match=r"has no velocity, force, .* must have kind = \S*contracts.Kind.FLOW$"):
+    with pytest.raises(TypeError, match=r"has no velocity, force, .* must have kind = \S*contracts.Kind.FLOW\.$"):
         fa.integrate(Whole(), [0.3, 0.4], time=1.0)
 
 
 def test_the_axis_of_a_top_is_refused_with_the_chart_that_takes_it():
     upright = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0])
     for top in (fa.models.SymmetricTop(), fa.models.SymmetricTop(h=0.0)):
-        with pytest.raises(ValueError, match=r"theta = 0 of a top, which AsymmetricTop\(..., chart=\"quaternion\"\)"):
+        with pytest.raises(ValueError, match=r"for a top use AsymmetricTop\(..., chart=\"quaternion\"\)"):
             fa.integrate(top, upright, time=1.0)
     lost = fa.integrate(fa.models.AsymmetricTop(h_3=1.0), upright, time=1.0)
     assert lost.status == fa.Status.NOT_CONVERGED
@@ -481,7 +483,7 @@ def test_the_axis_of_a_top_is_refused_with_the_chart_that_takes_it():
     taken = fa.models.AsymmetricTop(h_3=1.0, chart="quaternion")
     run = fa.integrate(taken, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0], time=1.0)
     assert np.allclose(run.z[[1, 2, 5, 6]], 0, atol=1e-12)
-    with pytest.raises(ValueError, match=r"in the domain of the potential \(r - 1 - sqrt\(1 - a\*\*2\) > 0\)"):
+    with pytest.raises(ValueError, match=r"in the domain \(r - 1 - sqrt\(1 - a\*\*2\) > 0\)"):
         fa.integrate(fa.models.KerrGeodesic(0.9), [1.0, 1.5, 0.0, 0.0, 0.1, 2.0], time=1.0)
 
 
@@ -585,7 +587,8 @@ def test_wrong_derivatives_of_ones_own_are_refused_in_all_units():
         check_derivatives("model", system_of(right), z)
         row, off = random.integers(4), float(10 ** random.uniform(-4, -1) * random.choice([-1, 1]))
         with pytest.raises(
-            ValueError, match=r"model Rotor must have rates dH/dp and -dH/dq of its energy H: at .* that of"
+            ValueError,
+            match=r"model Rotor must have rates dH/dp and -dH/dq of its energy H: that of \w+ is \S+, by diff",
         ):
             check_derivatives("model", system_of(right._replace(off=off, of=float(row))), z)
         with pytest.raises(ValueError, match="model Rotor must have a tangent_rates that is the change of its rates"):

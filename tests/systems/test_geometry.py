@@ -345,7 +345,7 @@ def test_bad_input_is_named():
     ):
         with pytest.raises(ValueError, match=r"q must be .* shape \(4, ...\), got shape \(3,\)"):
             metric(np.ones(3))
-        with pytest.raises(ValueError, match=r"q takes .* got nan"):
+        with pytest.raises(ValueError, match=r"q must be .* got nan"):
             metric([np.nan, 0, 0, 0])
         assert metric(POINTS).shape[:2] == metric(POINTS[:, 0]).shape
     for metric, name in (

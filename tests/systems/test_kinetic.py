@@ -197,7 +197,7 @@ def test_a_class_has_tangent_vectors_by_its_tangent_velocity():
     with pytest.raises(ValueError, match="tangent_velocity and a tangent_force that is the change of its rates"):
         fa.tangent_map(Wrong(), z0, time=1.0)
     lacking = type("Lacking", (Fast,), {"tangent_velocity": property(lambda self: self.none)})
-    with pytest.raises(ValueError, match=r"must have tangent_velocity\(p..., dp...\) for tangent vectors"):
+    with pytest.raises(ValueError, match=r"must have tangent_velocity\(p..., dp...\) for deviation vectors"):
         fa.chaos_map(lacking(), z0, time=10.0)
 
 
@@ -210,7 +210,7 @@ def test_a_quadratic_special_case_takes_the_schemes_of_quadratic_ones():
         one, other = (fa.tangent_map(entry, z0, time=10.0, scheme=scheme, step=0.1).matrix for entry in (model, plain))
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-13)
     assert fa.integrate(model._replace(e=0.1), z0, time=5.0).scheme == fa.KAHAN_LI8
-    with pytest.raises(ValueError, match="only where T is quadratic"):
+    with pytest.raises(ValueError, match="only if T is quadratic"):
         fa.integrate(model._replace(e=0.1), z0, time=5.0, scheme=fa.schemes.RKN12)
 
 

@@ -439,7 +439,7 @@ def test_what_frequency_maps_of_maps_cannot_be_asked_for():
     ):
         with pytest.raises(ValueError, match=said):
             fa.frequency_map(StandardMap(), [0.1, 0.2], **more)
-    with pytest.raises(ValueError, match="window is for maps"):
+    with pytest.raises(ValueError, match="window is not supported for systems in time"):
         fa.frequency_map(fa.HenonHeiles(), [0.1, 0.2, 0.0, 0.1], time=10.0, window=100)
 
 
@@ -554,18 +554,22 @@ def test_rotation_numbers_of_linear_maps_in_any_unit(nu, size, unit):
         ("nothing", {}, "statements name = formula"),
         ("p1 = p + K*sin(x); x1 = x + q", {"K": 1.0}, "unknown name 'q'"),
         ("p1 = p + K*sin(x); x1 = x + p1", {}, "unknown name 'K'"),
-        ("x1 = x + p1; p1 = p + sin(x)", {}, "text, x1: p1 = ... comes later: write p1 = ... before x1 = ..."),
-        ("x' = x + p'; p' = p + sin(x)", {}, "text, x': p' = ... comes later: write p' = ... before x' = ..."),
+        ("x1 = x + p1; p1 = p + sin(x)", {}, "text, x1: p1 = ... comes later. Write p1 = ... before x1 = ..."),
+        ("x' = x + p'; p' = p + sin(x)", {}, "text, x': p' = ... comes later. Write p' = ... before x' = ..."),
         ("x1 = x + x1; p1 = p", {}, "unknown name 'x1'"),
         ("p1 = p + x; x1 = x + p1", {"K": 1.0}, "'K' is not used"),
-        ("p = p + 1; x1 = x; p1 = p", {}, "gives a value to what is a variable"),
+        ("p = p + 1; x1 = x; p1 = p", {}, "must give a value to a new name, got a variable. Write"),
         ("p1 = p; x1 = x; p1 = x", {}, "images of 2"),
         ("p1 = sqrt(-1 - p**2); x1 = x", {}, "no finite real value"),
         ("p1 = __import__('os'); x1 = x", {}, "must give the image"),
         ("p1 = p + x; x1 = x + p1", {"periodic": {"z": 1.0}}, "periodic must be of x, p"),
         ("p1 = p + x; x1 = x + p1", {"periodic": {"x": -1.0}}, "periodic"),
         ("p1 = p + x; x1 = x + p1", {"periodic": 2.0}, "periodic must be a dictionary"),
-        ("p1 = p + x; x1 = x + p1", {"coordinates": "y"}, "coordinates and momenta must be the 2 variables"),
+        (
+            "p1 = p + x; x1 = x + p1",
+            {"coordinates": "y"},
+            "coordinates and momenta must each be half of the variables p, x, got y",
+        ),
         ("p1 = p + x; x1 = x + p1", {"domain": "1 - p**2"}, "unknown name 'p'"),
     ],
 )
@@ -585,7 +589,7 @@ def test_what_is_no_map_is_refused(text, more, said):
         (lambda m: fa.integrate(m, [0.0, 1.0, 2.0], time=10), "shape"),
         (lambda m: fa.poincare_map(m, [0.0, 1.0], crossings=5, section="x=0"), "section is not supported for maps"),
         (lambda m: fa.poincare_map(m, [0.0, 1.0], crossings=5, max_time=9.0), "max_time is not supported for maps"),
-        (lambda m: fa.chaos_map(m, [0.0, 1.0], time=10, indicators=fa.OFLI()), "OFLI needs a flow"),
+        (lambda m: fa.chaos_map(m, [0.0, 1.0], time=10, indicators=fa.OFLI()), "ofli, is not supported for maps"),
         (lambda m: fa.action_angles(m, [0.0, 1.0]), "got a map"),
         (lambda m: fa.energy_grid(m, section="x=0", energy=1.0, axes=([0.0], [0.0])), "got a map"),
     ],
@@ -602,7 +606,7 @@ def test_a_map_that_misses_something_is_named():
     with pytest.raises(TypeError, match="must be a model"):
         fa.integrate(StandardMap, [0.0, 1.0], time=3)
     bad = fa.iterated_map("p1 = p + a*sin(2*pi*x/a); x1 = x + p1", periodic={"x": "a"}, a=1.0)._replace(a=-1.0)
-    with pytest.raises(ValueError, match="periodic must be positive"):
+    with pytest.raises(ValueError, match=r"periods must be positive, or 0 for none, got \(-1.0, 0.0\)"):
         fa.integrate(bad, [0.0, 1.0], time=3)
 
 
@@ -783,10 +787,10 @@ def test_errors_of_doublings_hold():
 
 def test_periods_that_a_map_has_not_got_are_refused():
     text = "p1 = p + K*sin(x); x1 = x + p1"
-    for periods, said in (({"x": 2}, "got 2:"), ({"x": "4*pi", "p": 1}, r"periodic\['p'\].*got 1:")):
-        with pytest.raises(ValueError, match=f"must be one of the map's.*{said}|{said}"):
+    for periods, said in (({"x": 2}, r"\['x'\] must .* got 2:"), ({"x": "4*pi", "p": 1}, r"\['p'\] must .* got 1:")):
+        with pytest.raises(ValueError, match=f"periodic{said}"):
             fa.iterated_map(text, periodic=periods, K=0.9)
-    with pytest.raises(ValueError, match=r"the image of x is .* a period later"):
+    with pytest.raises(ValueError, match=r"must be a period of the map, .* the image of x changes by 3.14159 after it"):
         fa.iterated_map("p1 = p + K*sin(x); x1 = x/2 + p1", periodic={"x": "2*pi"}, K=0.9)
     # Multiples of the least period, maps that wind twice, sawteeth, any unit: all of these have theirs.
     fa.iterated_map(text, periodic={"x": "4*pi", "p": "4*pi"}, K=0.9)

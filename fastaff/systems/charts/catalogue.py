@@ -115,8 +115,7 @@ def elliptic(focus: float) -> Chart:
     """
     f = positive("focus", focus)
     singular = (
-        "at the focus D1 = D2 (kappa = lambda = 0) or where alpha = 0 (lambda = pi/2) or beta = 0 (kappa = 0 or "
-        "lambda = 0)"
+        "the focus D1 = D2 (kappa = lambda = 0) or alpha = 0 (lambda = pi/2) or beta = 0 (kappa = 0 or lambda = 0)"
     )
     step = Conformal(0, 2, partial(_elliptic, f), partial(_elliptic_slope, f), partial(_elliptic_inverse, f))
     return Chart(
@@ -166,10 +165,7 @@ def bipolar(c: float) -> Chart:
     ('e', 'f', 'eta', 'gamma')
     """
     c = positive("c", c)
-    singular = (
-        "at its poles alpha = c, beta = 0 (e infinite), at infinity (e = f = 0) or where alpha = 0 (e = 0) or "
-        "beta = 0 (sin f = 0)"
-    )
+    singular = "alpha = c, beta = 0 (e infinite), infinity (e = f = 0), alpha = 0 (e = 0) and beta = 0 (sin f = 0)"
     step = Conformal(0, 2, partial(_bipolar, c), partial(_bipolar_slope, c), partial(_bipolar_inverse, c), sign=-1)
     return Chart(
         "bipolar", ("e", "f", "eta", "gamma"), (*PLANES, step), (0, 2, 1, 3), partial(metrics.bipolar, c), singular
@@ -221,8 +217,8 @@ def _parabola_inverse(alpha: Array, beta: Array) -> tuple[Array, Array]:
 
 _TURNED = (*PLANES, HALF_TURNS)
 _D1_D2 = (*PLANES, SUM_AND_DIFFERENCE)
-_CENTRE = "r = 0 or where alpha = 0 (vartheta = pi) or beta = 0 (vartheta = 0)"
-_DET = "as it covers det phi = D1 D2 > 0 only and is singular at D1 = D2 (b = 0)"
+_CENTRE = "r = 0 or alpha = 0 (vartheta = pi) or beta = 0 (vartheta = 0)"
+_DET = "det phi = D1 D2 <= 0 and D1 = D2 (b = 0)"
 
 ALPHA_BETA = Chart(
     "alpha-beta",
@@ -230,7 +226,7 @@ ALPHA_BETA = Chart(
     PLANES,
     (0, 2, 1, 3),
     metrics.alpha_beta,
-    "where alpha = 0 or beta = 0",
+    "alpha = 0 or beta = 0",
 )
 ALPHA_BETA_PHI_PSI = Chart(
     "alpha-beta-phi-psi",
@@ -238,7 +234,7 @@ ALPHA_BETA_PHI_PSI = Chart(
     _TURNED,
     (0, 2, 3, 1),
     metrics.alpha_beta_phi_psi,
-    "where alpha = 0 or beta = 0",
+    "alpha = 0 or beta = 0",
 )
 TWO_POLAR = Chart(
     "two-polar",
@@ -246,7 +242,7 @@ TWO_POLAR = Chart(
     (*_D1_D2, HALF_TURNS),
     (0, 2, 3, 1),
     metrics.two_polar,
-    "where D1 = D2 or D1 = -D2",
+    "D1 = D2 or D1 = -D2",
 )
 RHO_EPSILON = Chart(
     "rho-epsilon",
@@ -254,7 +250,7 @@ RHO_EPSILON = Chart(
     (*PLANES, _polar_invariants("rho", "epsilon", 1)),
     (0, 2, 1, 3),
     metrics.rho_epsilon,
-    "at rho = 0 or where alpha = 0 (epsilon = pi/2) or beta = 0 (epsilon = 0)",
+    "rho = 0 or alpha = 0 (epsilon = pi/2) or beta = 0 (epsilon = 0)",
 )
 RHO_VARTHETA = Chart(
     "rho-vartheta",
@@ -262,7 +258,7 @@ RHO_VARTHETA = Chart(
     (*PLANES, _polar_invariants("rho", "vartheta", 2)),
     (0, 2, 1, 3),
     metrics.rho_vartheta,
-    f"at rho^2 = {_CENTRE}",
+    f"rho^2 = {_CENTRE}",
 )
 R_VARTHETA_ETA_GAMMA = Chart(
     "r-vartheta-eta-gamma",
@@ -270,7 +266,7 @@ R_VARTHETA_ETA_GAMMA = Chart(
     (*PLANES, _polar_invariants("r", "vartheta", 2), SQUARE),
     (0, 2, 1, 3),
     metrics.r_vartheta_eta_gamma,
-    f"at {_CENTRE}",
+    _CENTRE,
 )
 R_VARTHETA = Chart(
     "r-vartheta",
@@ -278,7 +274,7 @@ R_VARTHETA = Chart(
     (*_TURNED, _polar_invariants("r", "vartheta", 2), SQUARE),
     (0, 2, 3, 1),
     metrics.r_vartheta,
-    f"at {_CENTRE}",
+    _CENTRE,
 )
 EULER = Chart(
     "Euler",
@@ -286,7 +282,7 @@ EULER = Chart(
     (*PLANES, _polar_invariants("rho", "Theta", 2), DOUBLED_ANGLES),
     (0, 1, 2, 3),
     metrics.euler,
-    "at rho = 0 or where sin(Theta) = 0 (D1 = D2 or D1 = -D2)",
+    "rho = 0 or sin(Theta) = 0 (D1 = D2 or D1 = -D2)",
 )
 R_EULER = Chart(
     "r-Euler",
@@ -294,7 +290,7 @@ R_EULER = Chart(
     (*PLANES, _polar_invariants("r", "Theta", 2), DOUBLED_ANGLES, SQUARE),
     (0, 1, 2, 3),
     metrics.r_euler,
-    "at r = 0 or where sin(Theta) = 0 (D1 = D2 or D1 = -D2)",
+    "r = 0 or sin(Theta) = 0 (D1 = D2 or D1 = -D2)",
 )
 ELLIPTIC = elliptic(ROOT2)
 PARABOLIC = Chart(
@@ -303,7 +299,7 @@ PARABOLIC = Chart(
     (*PLANES, Conformal(0, 2, _parabola, _parabola_slope, _parabola_inverse)),
     (0, 2, 1, 3),
     metrics.parabolic,
-    "at its focus D1 = D2 = 0 (xi = delta = 0) or where alpha = 0 (xi^2 = delta^2) or beta = 0 (xi delta = 0)",
+    "the focus D1 = D2 = 0 (xi = delta = 0) or alpha = 0 (xi^2 = delta^2) or beta = 0 (xi delta = 0)",
 )
 EXPONENTIAL = Chart(
     "exponential", ("a", "b", "phi", "psi"), (*_D1_D2, HALF_TURNS, *LOGARITHMS), (0, 2, 3, 1), metrics.exponential, _DET
@@ -328,7 +324,7 @@ SPHERICAL = Chart(
     ),
     (2, 0, 3, 1),
     metrics.spherical,
-    "at r = 0, sin(lambda) = 0 (x = y = z = 0) or cos(mu) = 0 (x = y = 0)",
+    "r = 0, sin(lambda) = 0 (x = y = z = 0) or cos(mu) = 0 (x = y = 0)",
 )
 SPHERICAL_CARTESIAN = Chart(
     "spherical-Cartesian",
@@ -336,7 +332,7 @@ SPHERICAL_CARTESIAN = Chart(
     (*ELEMENTS, PolarStep(0, 1, "R sin(theta)", "p_chi"), PolarStep(3, 0, "R", "p_theta")),
     (3, 0, 1, 2),
     metrics.spherical_cartesian,
-    "at R = 0 (x = y = z = 0) or sin(theta) = 0 (x = y = 0)",
+    "R = 0 (x = y = z = 0) or sin(theta) = 0 (x = y = 0)",
 )
 POLAR_POLAR = Chart(
     "polar-polar",
@@ -344,7 +340,7 @@ POLAR_POLAR = Chart(
     (*ELEMENTS, PolarStep(0, 1, "r1", "p_chi1"), PolarStep(3, 2, "r2", "p_chi2")),
     (0, 1, 3, 2),
     metrics.polar_polar,
-    "at r1 = 0 (x = y = 0) or r2 = 0 (z = u = 0)",
+    "r1 = 0 (x = y = 0) or r2 = 0 (z = u = 0)",
 )
 POLAR_CARTESIAN = Chart(
     "polar-Cartesian",
@@ -352,7 +348,7 @@ POLAR_CARTESIAN = Chart(
     (*ELEMENTS, PolarStep(0, 1, "r1", "p_chi1")),
     (0, 1, 3, 2),
     metrics.polar_cartesian,
-    "at r1 = 0 (x = y = 0)",
+    "r1 = 0 (x = y = 0)",
 )
 
 CHARTS: dict[str, Chart] = {

@@ -516,7 +516,9 @@ class Chart(NamedTuple):
         if bad.any():
             index = first(np.asarray(bad.any(axis=tuple(range(skip)))))
             where = ", ".join(f"{row[index]:.6g}" for row in given[:4])
-            raise ValueError(f"{what}: the {self.name} chart fails here, {self.singular}; got {where}{at_orbit(index)}")
+            raise ValueError(
+                f"{what} must avoid {self.singular} in the {self.name} chart, got {where}{at_orbit(index)}"
+            )
         return result
 
     def _refuse(self, what: str, rows: Array, holds: Callable[[Array], np.ndarray], prefix: str = "") -> None:

@@ -97,7 +97,7 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
     lines = []
     for left, right in sides:
         if left in known:
-            what = "a parameter" if left in parameters else "a variable, or has a value already"
+            what = "a parameter" if left in parameters else "a variable" if left in variables else "one with a value"
             raise ValueError(
                 f"text: {_shown(left)} = ... must give a value to a new name, got {what}. Write the image of x as x1 "
                 "or x'."
