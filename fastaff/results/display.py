@@ -22,14 +22,15 @@ def short(result: Any) -> str:
 
 def screen(result: Any) -> str:
     """Return the printed form of a result: the line of `short` and one for each field."""
-    names = (
-        [f.name for f in dataclasses.fields(result) if f.repr and not f.name.startswith("_")]
-        if hasattr(result, "__dataclass_fields__")
-        else result._fields
-    )
+    names = public_fields(result) if hasattr(result, "__dataclass_fields__") else result._fields
     width = max(map(len, names), default=0)
     lines = [f"  {name:<{width}}  {_cut(brief(getattr(result, name)), WIDTH - width - 4)}" for name in names]
     return "\n".join([short(result), *lines])
+
+
+def public_fields(result: Any) -> list[str]:
+    """Return the names of the fields of a dataclass that a person sees."""
+    return [field.name for field in dataclasses.fields(result) if field.repr and not field.name.startswith("_")]
 
 
 def brief(value: Any) -> str:
@@ -41,6 +42,8 @@ def brief(value: Any) -> str:
     if type(value) in (tuple, list):
         shown = ", ".join(map(brief, value[:SMALL])) + (f", ... {len(value)} in all" if len(value) > SMALL else "")
         return f"({shown}{',' * (len(value) == 1)})" if isinstance(value, tuple) else f"[{shown}]"
+    if isinstance(value, np.generic):
+        value = value.item()
     return repr(value).partition("\n")[0]
 
 

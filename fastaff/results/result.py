@@ -34,7 +34,7 @@ from ..core import status as outcomes
 from ..core.interruption import imported
 from ..core.names import did_you_mean
 from ..core.numbers import StrPath, an_array, listed, shown
-from .display import brief, screen, short
+from .display import brief, public_fields, screen, short
 from .provenance import provenance
 
 
@@ -262,11 +262,11 @@ class Result(Drawable):
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows."""
         rows = []
-        for field in dataclasses.fields(cast(Any, self)):
-            axes = axes_of(self, field.name)
-            value = getattr(self, field.name)
-            named = ", ".join(dims_of(self, field.name, value)) if isinstance(value, np.ndarray) else ""
-            cells = (field.name, named, brief(value), axes.unit if axes else "")
+        for name in public_fields(self):
+            axes = axes_of(self, name)
+            value = getattr(self, name)
+            named = ", ".join(dims_of(self, name, value)) if isinstance(value, np.ndarray) else ""
+            cells = (name, named, brief(value), axes.unit if axes else "")
             rows.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
         head = "<tr><th>field</th><th>axes</th><th>value</th><th>unit</th></tr>"
         return f"<table><caption>{html.escape(repr(self))}</caption>{head}{''.join(rows)}</table>"

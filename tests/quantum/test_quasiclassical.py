@@ -372,7 +372,7 @@ def level(**change):
         ({"n": np.zeros((2, 0))}, TypeError, "n must be whole"),
         ({"n": "ab"}, TypeError, "n must be whole"),
         ({"m": 0.5}, ValueError, "m must be whole"),
-        ({"l": None}, TypeError, "l must be whole"),
+        ({"l": None}, ValueError, "n, m and l must be given together"),
         ({"l": 1j}, TypeError, "l must be whole"),
         ({"maslov": (2, 2, 0)}, ValueError, "maslov must be two"),
         ({"maslov": (2, -1)}, ValueError, "maslov must be at least 0"),
