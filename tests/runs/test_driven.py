@@ -422,7 +422,7 @@ def test_a_job_from_options(tmp_path):
         (lambda: fa.affine_body("alpha**2*cos(t)"), "text: unknown name 't' at column 14. For friction or a drive"),
         (
             lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", drive_period=6.0),
-            "drive_period must be a period of the potential, got 6.0: its",
+            "drive_period must be a period of the potential, got 6.0: a value of V changes from",
         ),
         (
             lambda: fa.hamiltonian("x**2*cos(w*t)", coordinates="x", drive_period="pi/w", w=1.3),
@@ -434,7 +434,7 @@ def test_a_job_from_options(tmp_path):
         ),
         (
             lambda: fa.hamiltonian("x**2*t", coordinates="x", drive_period=1.0),
-            "drive_period must be a period of the potential, got 1.0: its",
+            "drive_period must be a period of the potential, got 1.0: a value of V changes from",
         ),
         (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", drive_period=-1.0), "drive_period must be positive"),
         (

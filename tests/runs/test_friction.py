@@ -187,7 +187,7 @@ def test_a_class_of_ones_own():
         (
             lambda: fa.integrate(DAMPED, Z0, time=1.0, scheme=fa.AUTO),
             ValueError,
-            r"scheme Automatic\(BLANES_CASAS_ESCORIHUELA8, BLANES_MOAN6,",
+            "scheme AUTO requires a conserved energy",
         ),
         (
             lambda: fa.integrate(DAMPED, Z0, time=1.0, scheme=fa.TimeTransformed()),
