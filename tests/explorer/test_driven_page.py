@@ -127,7 +127,7 @@ def test_the_page_of_a_driven_system(browser, here):
         cut = fa.run(job, f"{name}.zarr")["poincare"]
         np.testing.assert_allclose(cut.points[2, :, 0], one.points[1], atol=1e-8)
         sheet.do("save-grid")
-        sheet.wait("app.part('notice').textContent.includes('no grid of starts')")
+        sheet.wait("app.part('notice').textContent.includes('Grids are not supported for driven')")
         text = sheet.get("location.hash")
         assert "scheme=" in text
         assert "accuracy=1e-12" in text
@@ -139,5 +139,5 @@ def test_a_notebook_has_no_page_of_a_driven_system():
     pytest.importorskip("anywidget", reason="anywidget shows the explorer in notebooks: fastaff[app]")
     from fastaff.explorer.widget import ExplorerWidget
 
-    with pytest.raises(TypeError, match=r"fastaff\.explore writes a page"):
+    with pytest.raises(TypeError, match=r"model must have no drive .* Use fa\.explore, which writes a page"):
         ExplorerWidget(WEAK)

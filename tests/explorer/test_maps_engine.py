@@ -328,7 +328,7 @@ def test_what_a_map_does_not_have_is_refused(tmp_path):
     ):
         with pytest.raises(ValueError, match=said):
             fa.explore(StandardMap(), out=out, **given)
-    with pytest.raises(ValueError, match="fixed is of maps"):
+    with pytest.raises(ValueError, match="fixed is supported for maps and ODE systems only, got"):
         fa.explore(fa.HenonHeiles(), energy=0.1, fixed={"x": 0.0}, out=out)
     with pytest.raises(TypeError, match=r"must be .*, got a map"):
         fa.explore(fa.hamiltonian("x**2/2 + y**2/2", friction=0.1), energy=1.0, out=out)

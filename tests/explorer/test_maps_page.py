@@ -55,7 +55,7 @@ def test_clicks_launch_orbits_of_iterates(sheet):
         assert away.max() < 1e-9
         assert one.reading["status"] == "done"
     assert (np.abs(sheet.orbits()[0].points[0]) <= np.pi).all()
-    assert "iterates/s" in sheet.text("foot") or "Regular orbits are those" in sheet.text("foot")
+    assert "iterates/s" in sheet.text("foot") or "Regular orbits agree with fastaff" in sheet.text("foot")
 
 
 def test_only_what_a_map_has_is_shown(sheet):
