@@ -216,7 +216,7 @@ def test_fill_undo_zoom_and_picture(sheet, tmp_path):
 )
 def test_an_address_of_a_map_gives_numbers_only(sheet, hostile):
     sheet.page.evaluate("(text) => { location.hash = ''; location.hash = text; }", "system=froeschle-map&" + hostile)
-    sheet.wait("app.part('notice').textContent.includes('left out')")
+    sheet.wait("app.part('notice').textContent.includes('were ignored')")
     state = sheet.get("app.state")
     assert state["others"] == {"x_1": 0, "x_2": 0, "p_1": 0, "p_2": 0}
     assert (state["energy"], state["section"]) == (None, "x_1,p_1")

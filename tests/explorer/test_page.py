@@ -270,7 +270,7 @@ def test_an_address_gives_numbers_names_and_formulas_only(sheet, hostile):
         " location.hash = ''; location.hash = text; }",
         hostile,
     )
-    sheet.wait("app.part('notice').textContent.includes('left out') || !app.part('wrong-formula').hidden")
+    sheet.wait("app.part('notice').textContent.includes('were ignored') || !app.part('wrong-formula').hidden")
     state = sheet.get("app.state")
     assert sheet.page.evaluate("() => [ran, {}.polluted, document.querySelectorAll('img, iframe, object').length]") == [
         [],
