@@ -55,12 +55,15 @@ const tomlNumber = (value) => (Number.isInteger(value) && Math.abs(value) < 1e15
 const tomlKey = (name) => (/^[A-Za-z0-9_-]+$/.test(name) ? name : tomlText(name));
 
 function tomlModel(state, given) {
-  const numbers = Object.entries(state.parameters).filter(([name]) => name in given), job = { ...given, ...Object.fromEntries(numbers) };
+  // A model keeps a number that is its drive_period as a field "period", which no parameter of its text can be.
+  const keyOf = (name) => (name === "period" && "drive_period" in given ? "drive_period" : name);
+  const parameters = Object.entries(state.parameters).map(([name, value]) => [keyOf(name), value]);
+  const job = { ...given, ...Object.fromEntries(parameters.filter(([name]) => name in given)) };
   const lines = ["[model]"];
   for (const [key, value] of Object.entries(job)) lines.push(key + " = " + (Array.isArray(value) ? "[" + value.map(tomlText).join(", ") + "]" : tomlText(String(value))));
   const own = "formula" in job || "hamiltonian" in job || state.energy === null;
   const letters = [];
-  for (const [name, value] of Object.entries(state.parameters)) {
+  for (const [name, value] of parameters) {
     if (name in given) continue;
     if (own && name !== "mu") letters.push(tomlKey(name) + " = " + tomlNumber(value));
     else lines.push(tomlKey(name) + " = " + tomlNumber(value));
