@@ -233,7 +233,7 @@ def test_workers_of_dask(tmp_path, monkeypatch):
     [
         ("[surface\n", "a.toml is no TOML"),
         ("[energy_surfase]\nenergy = 1\n", "[energy_surfase] is no table of a job. Did you mean energy_surface?"),
-        (TABLES, "a job must have one of poincare"),
+        (TABLES, "a job must have an analysis, one of poincare"),
         (TABLES + "[poincare]\ncrosings = 3\n", "[poincare] has no key crosings. Did you mean crossings?"),
         (TABLES + "[poincare]\ncrossings = 0\n", "[poincare] crossings must be at least 1"),
         (TABLES + "[poincare]\ncrossings = 'many'\n", "[poincare] crossings must be a whole number, got 'many'"),

@@ -297,7 +297,7 @@ def test_angles_about_an_axis_in_the_isochrone():
     assert found.names == ("R", "phi")
     assert fa.frequency_map(disk, [x, zero, vx, vy], time=400.0, signals="R phi").names == ("R", "phi")
     with pytest.raises(
-        ValueError, match="signals must be 'R phi' of 2 coordinates or 'R z phi' of 3 coordinates, or of fast"
+        ValueError, match="signals must be 'R phi' for 2 coordinates, 'R z phi' for 3 coordinates, or an object of fast"
     ):
         fa.orbit_frequencies(orbits, signals="r theta")
 
