@@ -324,7 +324,7 @@ def test_wrong_texts(text, given, error, message):
         (
             lambda z: fa.poincare_map(LORENZ, z, section="w=0", crossings=1, max_time=1.0),
             ValueError,
-            "section must be one of x=c, y=c, z=c, got 'w=c'",
+            "section must be one of x=c, y=c, z=c, got 'w=0'",
         ),
         (
             lambda z: fa.poincare_map(LORENZ, z, section=fa.Hyperplane((1.0, 0, 0, 0)), crossings=1, max_time=1.0),
