@@ -439,7 +439,7 @@ def test_what_frequency_maps_of_maps_cannot_be_asked_for():
     ):
         with pytest.raises(ValueError, match=said):
             fa.frequency_map(StandardMap(), [0.1, 0.2], **more)
-    with pytest.raises(ValueError, match="window is not supported for systems in time"):
+    with pytest.raises(ValueError, match="window must be None for a system in time"):
         fa.frequency_map(fa.HenonHeiles(), [0.1, 0.2, 0.0, 0.1], time=10.0, window=100)
 
 
