@@ -117,7 +117,7 @@ def test_sections_that_no_text_describes():
 @pytest.mark.parametrize(
     ("model", "text", "said"),
     [
-        (BODY, "x=0", "section must be one of alpha-turning, beta-turning, alpha=c, beta=c, area=c, got 'x=c'"),
+        (BODY, "x=0", "section must be one of alpha-turning, beta-turning, alpha=c, beta=c, area=c, got 'x=0'"),
         (HH, "alpha-turning", "section must be one of x=c, y=c, got 'alpha-turning'"),
         (HH, "x", "section must be one of x=c, y=c, got 'x'. Did you mean x=c?"),
         (HH, "x=", "section x=c needs a number for c, such as x=0.2, got 'x='"),
