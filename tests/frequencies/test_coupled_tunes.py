@@ -19,7 +19,9 @@ SEEN = 0.3
 
 def held(results):
     """Assert that results are true where they are decided; return the kinds of all orbits."""
-    kind, ratio, wrong = (np.concatenate([getattr(j, name) for j in results]) for name in ("kind", "ratio", "wrong"))
+    kind, ratio, wrong = (
+        np.concatenate([getattr(j, name) for j in results]) for name in ("classification", "ratio", "wrong")
+    )
     own = kind == Classification.REGULAR
     assert (ratio[own] <= 1).mean() >= 0.99
     assert (ratio[own] <= 10).all()

@@ -223,7 +223,7 @@ def test_lines_of_a_lattice_have_its_generators():
     s = np.stack([f.real, -f.imag], axis=2).reshape(20, 4, n)
     found = fundamental.modes(signals_of(s, 1.0), 2, 2)
     assert (found.rank == 2).all()
-    assert (found.strange == 0).all()
+    assert (found.unexplained_size == 0).all()
     np.testing.assert_allclose(np.sort(found.nu, axis=1), nu.T, rtol=0, atol=1e-10)
 
 

@@ -147,7 +147,7 @@ def test_steps_are_halved_where_the_trial_was_too_hopeful():
         (
             ValueError,
             {"accuracy": 1e-9, "scheme": fa.DOP853},
-            "accuracy must be given without the adaptive method DOP853",
+            "accuracy must be None with the adaptive method DOP853",
         ),
     ],
 )

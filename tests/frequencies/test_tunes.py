@@ -489,7 +489,7 @@ def close(one, other):
     assert (finite == np.isfinite(other.nu)).all()
     assert (finite == np.isfinite(other.error)).all()
     assert np.abs(one.error[finite] - other.error[finite]).max(initial=0) < 1e-13
-    for name in ("turns", "window", "status", "kind"):
+    for name in ("turns", "window", "status", "classification"):
         assert (getattr(one, name) == getattr(other, name)).all(), name
 
 
