@@ -73,7 +73,7 @@ for k, (low, high, ratio, theory, s) in enumerate(zip(WINDOWS, WINDOWS[1:], rati
     fit = fastaff.quantum.fit_spacings(s, fastaff.quantum.BerryRobnik)
     print(
         f"E = {low:.2f} ... {high:.2f}: {ratio.ratios} ratios, <r> = {ratio.value:.4f} +- {ratio.error:.4f}; "
-        f"{chaos.shares.of(k).said()}, "
+        f"{chaos.shares.of(k).fraction_text()}, "
         f"which gives {theory:.4f}; fitted to P(s) {fit.law.chaotic:.3f} ({fit.low:.3f} ... {fit.high:.3f}); mean "
         f"spacing {s.mean():.3f}"
     )

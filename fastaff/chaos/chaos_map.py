@@ -159,7 +159,7 @@ class ChaosMap(Result):
         kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
         parts = [describe(self.status, kinds)]
         if self.shares.completed > 1:
-            parts.append(self.shares.said())
+            parts.append(self.shares.fraction_text())
         if self.undecided.any():
             parts.append(f"time {np.nanmedian(self.suggested_time[self.undecided]):.3g} may decide")
         return "; ".join(parts)

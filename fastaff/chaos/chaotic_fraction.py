@@ -144,7 +144,7 @@ class ChaoticFraction(Result, axis=None):
         total = f"{counted(int(self.orbits.sum()), 'orbit')} in {counted(self.orbits.size, 'case')}"
         parts = [f"{total}{f': {said}' if said else ''}"]
         if np.any(self.shares.completed):
-            parts.append(self.shares.said())
+            parts.append(self.shares.fraction_text())
         if self.undecided.any() and not (self.regular.any() or self.chaotic.any()):
             parts.append(f"a longer time may decide, {MANY:g} natural periods or more")
         if self.recomputed.any():

@@ -79,7 +79,7 @@ class Shares(NamedTuple):
         """
         return Shares(*(count[sets] for count in self))
 
-    def open(self) -> str:
+    def bounds_text(self) -> str:
         """Return the bounds of the fraction for all orbits as text.
 
         Returns
@@ -92,7 +92,7 @@ class Shares(NamedTuple):
             return "chaotic fraction unknown: no orbits"
         return f"chaotic fraction {_span(self.bounds)} ({int(np.sum(self.undecided))} of {total} undecided)"
 
-    def said(self) -> str:
+    def fraction_text(self) -> str:
         """Return the fraction as text, with its interval; for several sets the range of the fractions.
 
         Returns
@@ -103,11 +103,11 @@ class Shares(NamedTuple):
         total = int(np.sum(self.completed))
         undecided = int(np.sum(self.undecided))
         if undecided == total:
-            return self.open()
+            return self.bounds_text()
         ends = f"95 %: {_span(self.interval())}"
         if not undecided:
             return f"chaotic fraction {_span(self.fraction)} ({ends})"
-        return f"{self.open()}, {_span(self.fraction)} of the decided orbits ({ends})"
+        return f"{self.bounds_text()}, {_span(self.fraction)} of the decided orbits ({ends})"
 
 
 def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:

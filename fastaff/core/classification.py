@@ -43,7 +43,7 @@ class Classification(IntEnum):
     @property
     def is_regular(self) -> bool:
         """True for REGULAR and RESONANT."""
-        return self in (Classification.REGULAR, Classification.RESONANT)
+        return bool(is_regular(np.array(self)))
 
 
 def is_regular(classification: np.ndarray) -> np.ndarray:

@@ -384,7 +384,7 @@ PARAMETERS = {
             Orbits to analyse: system, section and z0.
         """,
     "resolved_options": """
-        resolve_defaults : dict
+        resolved : dict
             Options that `resolve_defaults` returned.
         """,
 }

@@ -305,7 +305,9 @@ class MapFrequencies:
     def result(self) -> FrequencyMap:
         """Assemble the map."""
         n, orbits = self.nu.shape
-        classification, diffusion, error = np.empty(orbits, np.int64), np.empty(orbits), self.error.copy()
+        classification = np.empty(orbits, np.int64)
+        diffusion = np.empty(orbits)
+        error = self.error.copy()
         own = np.zeros((n, orbits), bool)
 
         def some(at: slice) -> None:

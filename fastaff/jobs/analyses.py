@@ -125,9 +125,7 @@ class Analysis(Protocol):
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the options of the library's function; a trial with a few orbits settles those that were left open."""
 
-    def compute(
-        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
-    ) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Return the result of orbits."""
 
 
@@ -188,9 +186,7 @@ class PoincareOptions:
         return {"crossings": self.crossings, "max_time": float(time)}
 
     @inserts_parameters
-    def compute(
-        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
-    ) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
         Parameters
@@ -206,8 +202,8 @@ class PoincareOptions:
             Result of the orbits.
         """
         if isinstance(orbits.section, Stroboscopic) or orbits.system.iterated:  # these need no time
-            resolve_defaults = {"crossings": resolve_defaults["crossings"]}
-        how = {**resolve_defaults, **run.build(orbits.system)}
+            resolved = {"crossings": resolved["crossings"]}
+        how = {**resolved, **run.build(orbits.system)}
         return poincare_map(orbits.model, orbits.z0, section=orbits.section, callback=callback, **how)
 
 
@@ -258,9 +254,7 @@ class FrequencyOptions:
         return {"time": self.returns * median_return(few, run.build())}
 
     @inserts_parameters
-    def compute(
-        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
-    ) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
         Parameters
@@ -275,7 +269,7 @@ class FrequencyOptions:
         FrequencyMap
             Result of the orbits.
         """
-        return frequency_map(orbits.model, orbits.z0, callback=callback, **resolve_defaults, **run.build(orbits.system))
+        return frequency_map(orbits.model, orbits.z0, callback=callback, **resolved, **run.build(orbits.system))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -373,9 +367,7 @@ class ChaosOptions:
         return {"time": number * median_return(few, {"scheme": VERNER9, "threads": run.threads})}
 
     @inserts_parameters
-    def compute(
-        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
-    ) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
         Parameters
@@ -391,9 +383,7 @@ class ChaosOptions:
             Result of the orbits.
         """
         how: dict[str, Any] = {"indicators": self.values(), "early_stop": self.early_stop}
-        return chaos_map(
-            orbits.model, orbits.z0, callback=callback, **how, **resolve_defaults, **run.build(orbits.system)
-        )
+        return chaos_map(orbits.model, orbits.z0, callback=callback, **how, **resolved, **run.build(orbits.system))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -429,9 +419,7 @@ class ActionAngleOptions:
         return {}
 
     @inserts_parameters
-    def compute(
-        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
-    ) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
         Parameters
@@ -495,9 +483,7 @@ class IntegrateOptions:
         return {"time": float(self.time), "samples": self.samples}
 
     @inserts_parameters
-    def compute(
-        self, orbits: AnalysedOrbits, resolve_defaults: dict[str, Any], run: RunOptions, callback: Any = None
-    ) -> Any:
+    def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
         Parameters
@@ -512,7 +498,7 @@ class IntegrateOptions:
         Orbits
             Result of the orbits.
         """
-        return integrate(orbits.model, orbits.z0, callback=callback, **resolve_defaults, **run.build(orbits.system))
+        return integrate(orbits.model, orbits.z0, callback=callback, **resolved, **run.build(orbits.system))
 
 
 ANALYSES: dict[str, type[Any]] = {

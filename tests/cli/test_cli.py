@@ -281,7 +281,7 @@ def test_chaos_map_command(tmp_path, capsys):
     assert metadata["time"] == 400
     assert metadata["interrupted"] is False
     assert f"fastaff: {orbits} orbits: " in said
-    assert f"; {fastaff.load(tmp_path / 'c.npz').shares.said()}; " in said
+    assert f"; {fastaff.load(tmp_path / 'c.npz').shares.fraction_text()}; " in said
     assert (arrays["interval"][0] < metadata["fraction"]) & (metadata["fraction"] < arrays["interval"][1])
     assert arrays["bounds"].shape == (2,)
     assert (
@@ -316,7 +316,7 @@ def test_scans(tmp_path, capsys):
     assert cli.main([*common, "--scan", "energy=0.1:1.5:3", "--out", str(tmp_path / "one")]) == 0
     said = capsys.readouterr().err
     assert "1 case without accessible points" in said
-    assert fastaff.load(tmp_path / "one.npz").shares.said() in said
+    assert fastaff.load(tmp_path / "one.npz").shares.fraction_text() in said
     arrays, metadata = files.contents(tmp_path / "one.npz")
     assert metadata["names"] == ["energy"]
     np.testing.assert_allclose(arrays["axes_0"], [0.1, 0.8, 1.5])

@@ -126,7 +126,7 @@ def test_captions_say_what_is_open_of_a_chaotic_fraction(here):
     assert cli.main([*MAP, *plane, "--out", "s", "--no-figure"]) == 0
     scan, _ = _of_file(here / "s.npz", FigureOptions())
     for name, figure in (("m", drawn["chaos_map"]), ("s", scan["scan"])):
-        assert files.load(f"{name}.npz").shares.open() in " ".join(figure.get_supxlabel().split("\n"))
+        assert files.load(f"{name}.npz").shares.bounds_text() in " ".join(figure.get_supxlabel().split("\n"))
 
 
 def test_captions_are_mathematics():

@@ -150,7 +150,7 @@ def test_a_fraction_is_said_with_what_is_open(sets):
     """The numbers of the sentence: bounds, fraction and interval, least and largest of each."""
     for _ in range(30):
         found = random_shares(sets)
-        said, decided = found.said(), found.chaotic + found.regular
+        said, decided = found.fraction_text(), found.chaotic + found.regular
         total, open_ = found.completed.sum(), found.undecided.sum()
         if not total:
             assert said == "chaotic fraction unknown: no orbits"
@@ -172,7 +172,7 @@ def test_a_fraction_is_said_with_what_is_open(sets):
             low, high = re.search(head + r"([\d.e-]+)(?: to ([\d.e-]+))?(?: |$|\))", said).groups()
             np.testing.assert_allclose(float(low), np.nanmin(part), atol=0.000501)
             np.testing.assert_allclose(float(high or low), np.nanmax(part), atol=0.000501)
-    assert Shares(*np.array([114, 517, 620])).said() == (
+    assert Shares(*np.array([114, 517, 620])).fraction_text() == (
         "chaotic fraction 0.091 to 0.587 (620 of 1251 undecided), 0.181 of the decided orbits (95 %: 0.153 to 0.213)"
     )
 

@@ -196,7 +196,7 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     asked_of = scene.job.chaos_map
     returns = None if asked_of is None else asked_of.in_returns()
     said = (
-        result.shares.open()
+        result.shares.bounds_text()
         + ("; white: inaccessible" + (" or not computed yet" if scene.waiting else ""))
         + ("; grey: no value" if missing else "")
         + f"; {scene.outcomes(result)}; time {result.time:.4g}"

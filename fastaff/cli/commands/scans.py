@@ -144,7 +144,7 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
     empty = f"; {'grey' if len(axes) == 1 else 'hatched'}: {' or '.join(without)}" if without else ""
     failed = int(result.failed.sum())
     said = (
-        f"{result.shares.open()}; {shown}{empty}"
+        f"{result.shares.bounds_text()}; {shown}{empty}"
         + (f"; {failed} orbits failed" if failed else "")
         + f"; {int(result.orbits.max())} random orbits per case; indicators {', '.join(result.indicators)}"
     )
