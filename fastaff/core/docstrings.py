@@ -206,6 +206,14 @@ PARAMETERS = {
         A, B : float or array_like
             Invariants A = alpha^2 and B = beta^2.
         """,
+    "bond_length": """
+        length : float, length, default 1
+            Distance of the minimum.
+        """,
+    "pair_distance": """
+        distance : float or array_like
+            Distance of the two atoms, positive.
+        """,
     "plane_coordinates": """
         a1, a2, b1, b2 : float or array_like
             Coordinates in the planes a and b.
