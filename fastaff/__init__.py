@@ -1,8 +1,9 @@
 """Poincaré maps, frequency maps and tori of planar affinely-rigid bodies, by lane-blocked Numba kernels.
 
 Here are models, schemes, sections, indicators of chaos and the verbs. What they return, and what is needed less often,
-is in the parts `runs`, `sections`, `frequencies`, `chaos`, `periodic`, `tori`, and in `charts`, `models`, `schemes`,
-`formulas`, `files`, `jobs`; quantum mechanics in `quantum`, figures in `plot`. All are loaded when they are first used.
+is in the parts `runs`, `sections`, `frequencies`, `chaos`, `periodic`, `tori`, and in `charts`, `models`, `molecules`,
+`schemes`, `formulas`, `files`, `jobs`; quantum mechanics in `quantum`, figures in `plot`. All are loaded when they are
+first used.
 """
 
 import sys
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     from .systems import charts as charts
     from .systems import formulas as formulas
     from .systems import models as models
+    from .systems import molecules as molecules
     from .systems.formulas.formula import affine_body as affine_body
     from .systems.formulas.formula import hamiltonian as hamiltonian
     from .systems.formulas.iterated_map import iterated_map as iterated_map
@@ -125,6 +127,7 @@ _FOLDERS = (
     "frequencies",
     "jobs",
     "models",
+    "molecules",
     "periodic",
     "plot",
     "quantum",
@@ -142,6 +145,7 @@ _INSIDE = {
     "files": "exchange.files",
     "formulas": "systems.formulas",
     "models": "systems.models",
+    "molecules": "systems.molecules",
     "schemes": "runs.schemes",
 }
 """Folders and modules within parts that have a name here."""
@@ -335,7 +339,10 @@ __all__ = [
     "univariate",
 ]
 
-_LISTED = ("runs", "sections", "frequencies", "chaos", "periodic", "tori", "charts", "models", "quantum", "schemes")
+_LISTED = (
+    *("runs", "sections", "frequencies", "chaos", "periodic", "tori"),
+    *("charts", "models", "molecules", "quantum", "schemes"),
+)
 """Folders where a name is looked up that `fastaff` itself does not have."""
 
 

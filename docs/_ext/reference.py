@@ -44,6 +44,14 @@ PAGES: dict[str, Page] = {
             "Zero",
         },
     ),
+    "molecules": Page(
+        "Molecules",
+        "Rings and other molecules of atoms with pair potentials, as bodies.",
+        {
+            "systems.molecules": "ring molecule Molecule HarmonicBond MorseBond LennardJones MolecularBody Equilibrium "
+            "Vibrations NormalModes"
+        },
+    ),
     "orbits": Page(
         "Orbits",
         "Integration of many orbits, with or without tangent vectors, and what became of each.",

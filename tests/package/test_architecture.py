@@ -45,7 +45,7 @@ PARTS = (
 LISTED = (fastaff.runs, fastaff.frequencies, fastaff.sections, fastaff.chaos, fastaff.periodic, fastaff.tori)
 """Parts with lists of results."""
 ROOMS = {
-    "systems": ("charts", "models", "formulas", "kinematics", "invariant_metrics"),
+    "systems": ("charts", "models", "formulas", "kinematics", "invariant_metrics", "molecules"),
     "quantum": ("kernels", "states", "exact", "solvers", "spectra", "packets", "chaos", "reference"),
 }
 """Folders and modules within a part, in the same order."""

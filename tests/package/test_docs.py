@@ -231,7 +231,7 @@ def test_every_public_name_is_on_one_page():
     listed = (DOCS / "api" / "index.rst").read_text().split()
     assert set(reference.PAGES) <= set(listed)
     folders = "runs frequencies sections chaos periodic tori engine jobs plot quantum"
-    folders += " systems.charts systems.models runs.schemes"
+    folders += " systems.charts systems.models systems.molecules runs.schemes"
     for folder in ("", *folders.split()):
         module = f"fastaff.{folder}".rstrip(".")
         own = {name for owner, name in entries if owner == module}

@@ -1,0 +1,21 @@
+"""Molecules of atoms with pair potentials: their inertia, the body that they become, and the modes that it drops."""
+
+from ...core.identity import tell_apart
+from .pair_sums import MolecularBody
+from .pairs import HarmonicBond, LennardJones, MorseBond
+from .planar_molecule import Equilibrium, Molecule, NormalModes, Vibrations, molecule, ring
+
+__all__ = [
+    "Equilibrium",
+    "HarmonicBond",
+    "LennardJones",
+    "MolecularBody",
+    "Molecule",
+    "MorseBond",
+    "NormalModes",
+    "Vibrations",
+    "molecule",
+    "ring",
+]
+
+tell_apart(__name__)

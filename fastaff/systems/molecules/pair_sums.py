@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.docstrings import inserts_parameters
 from ..models.contracts import OneVariable
 
 DIRECTIONS = 16
@@ -225,11 +226,35 @@ class DirectedPairs(NamedTuple):
         return h1, h2, h3, h4
 
 
+@inserts_parameters
 class MolecularBody(NamedTuple):
-    """A body with the exact energy of all pairs of a molecule, and unequal inertia.
+    """Model a body with the energy of all pairs of a molecule.
 
-    pairs: `DirectedPairs`.  mu_1, mu_2: moments of inertia along the material axes.  H = (p_x^2 + p_z^2)/(2 mu_1) +
-    (p_y^2 + p_u^2)/(2 mu_2) + V(phi). The spin is conserved, the vorticity is not.
+    `Molecule.exact_body` makes it.
+
+    Parameters
+    ----------
+    pairs : object
+        Sum of all pairs in their directions.
+    mu_1, mu_2 : float, default 1
+        Principal moments of inertia.
+
+    Notes
+    -----
+    * Hamiltonian: ``H = (p_x^2 + p_z^2)/(2 mu_1) + (p_y^2 + p_u^2)/(2 mu_2) + V(phi)`` with phi = [[x, y], [z, u]] in
+      the frame of the principal axes.
+    * Rows of a phase point: those of `Body`.
+    * The spin p_phi is conserved. The vorticity p_psi is not, because V depends on psi.
+
+    References
+    ----------
+    Martens & Slawianowski, section 2 (kinetic energy with unequal moments).
+
+    Examples
+    --------
+    >>> ring = fa.molecules.ring(6, pairs=fa.molecules.HarmonicBond(k=2.0))
+    >>> float(round(ring.exact_body.potential_energy(1.6, 0.0, 0.0, 0.0), 6))
+    0.10355
     """
 
     pairs: Any
@@ -252,31 +277,92 @@ class MolecularBody(NamedTuple):
         return False
 
     def velocity(self, pa1, pa2, pb1, pb2):
-        """Return the velocity dq/dt."""
+        """Return the velocity dq/dt.
+
+        Parameters
+        ----------
+        {plane_momenta}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: the rates of a1, a2, b1, b2.
+        """
         v, w = 0.5 / self.mu_1, 0.5 / self.mu_2
         k, d = v + w, v - w
         return k * pa1 + d * pb1, k * pa2 + d * pb2, d * pa1 + k * pb1, d * pa2 + k * pb2
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
-        """Return the kinetic energy."""
+        """Return the kinetic energy.
+
+        Parameters
+        ----------
+        {plane_momenta}
+
+        Returns
+        -------
+        float or ndarray
+            Energy T.
+        """
         first = (pa1 + pb1) * (pa1 + pb1) + (pa2 + pb2) * (pa2 + pb2)
         second = (pa1 - pb1) * (pa1 - pb1) + (pb2 - pa2) * (pb2 - pa2)
         return first / (4 * self.mu_1) + second / (4 * self.mu_2)
 
     def force(self, a1, a2, b1, b2):
-        """Return the force dp/dt = -grad V."""
+        """Return the force dp/dt = -grad V.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: the rates of the momenta.
+        """
         g1, g2, g3, g4 = self.pairs.gradient(a1, a2, b1, b2)
         return -g1, -g2, -g3, -g4
 
     def tangent_force(self, a1, a2, b1, b2, da1, da2, db1, db2):
-        """Return the change of the force along a vector."""
+        """Return the change of the force along a vector.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+        {plane_changes}
+
+        Returns
+        -------
+        tuple of float or ndarray
+            Four rows: minus the Hessian of V times the vector.
+        """
         h1, h2, h3, h4 = self.pairs.change_of_gradient(a1, a2, b1, b2, da1, da2, db1, db2)
         return -h1, -h2, -h3, -h4
 
     def potential_energy(self, a1, a2, b1, b2):
-        """Return the potential energy."""
+        """Return the potential energy.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        float or ndarray
+            V, an energy.
+        """
         return self.pairs.energy(a1, a2, b1, b2)
 
     def margin(self, a1, a2, b1, b2):
-        """Return 2 det phi."""
+        """Return a number that is positive inside the domain.
+
+        Parameters
+        ----------
+        {plane_coordinates}
+
+        Returns
+        -------
+        float or ndarray
+            2 det phi: the body ends where it is flattened to a line.
+        """
         return a1 * a1 + a2 * a2 - b1 * b1 - b2 * b2
