@@ -572,7 +572,7 @@ def ring(
     --------
     >>> spring = fa.molecules.HarmonicBond(k=2.0, length=1.0)
     >>> ring = fa.molecules.ring(8, mass=32.06, radius=1.2, pairs=[spring, fa.molecules.HarmonicBond(length=1.8)])
-    >>> ring.anisotropy_order, float(ring.body.mu.round(6))
+    >>> ring.anisotropy_order, round(ring.body.mu, 6)
     (4, 184.6656)
     """
     n = whole("atoms", atoms, 3, 10_000)
