@@ -2,6 +2,7 @@
 rotors.
 """
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -150,16 +151,37 @@ def test_derivatives_of_the_averaged_potential():
     for B in (0.3, 0.05, 0.003):
         V_A, V_B = chain.slopes(A, B)
         V_AA, V_AB, V_BB = chain.curvatures(A, B)
-        assert V_A == pytest.approx(difference(lambda x, B=B: chain.value(x, B), A), rel=1e-8)
-        assert V_B == pytest.approx(difference(lambda x: chain.value(A, x), B), rel=1e-8)
-        assert V_AA == pytest.approx(difference(lambda x, B=B: chain.slopes(x, B)[0], A), rel=1e-8)
-        assert V_AB == pytest.approx(difference(lambda x, B=B: chain.slopes(x, B)[1], A), rel=1e-8)
-        assert V_BB == pytest.approx(difference(lambda x: chain.slopes(A, x)[1], B), rel=1e-8)
-    near = np.array([0.0, 1e-14, 1e-10, 1e-8, 1e-6, 4e-6])
-    V_B, V_BB = chain.slopes(A, near)[1], chain.curvatures(A, 3e-3)[2]
-    line = chain.slopes(A, 0.0)[1] + V_BB * near
-    np.testing.assert_allclose(V_B, line, rtol=1e-9)
-    np.testing.assert_allclose(chain.curvatures(A, near)[2], V_BB, rtol=1e-2)
+        assert pytest.approx(difference(lambda x, B=B: chain.value(x, B), A), rel=1e-8) == V_A
+        assert pytest.approx(difference(lambda x: chain.value(A, x), B), rel=1e-8) == V_B
+        assert pytest.approx(difference(lambda x, B=B: chain.slopes(x, B)[0], A), rel=1e-8) == V_AA
+        assert pytest.approx(difference(lambda x, B=B: chain.slopes(x, B)[1], A), rel=1e-8) == V_AB
+        assert pytest.approx(difference(lambda x: chain.slopes(A, x)[1], B), rel=1e-8) == V_BB
+
+
+def test_derivatives_of_the_averaged_potential_near_beta_zero():
+    """By derivatives of its sum over directions at 40 digits, on both sides of the place where quotients are
+    extrapolated.
+    """
+    D, a, length = PAIRS[1]
+    chain = AveragedPairs(PAIRS[1], (1.1,), (0.2,), (4.0,), NoPairs())
+    A = 2.3
+    with mpmath.workdps(40):
+
+        def value(A, B):
+            cosines = [mpmath.cos(mpmath.pi * (2 * j + 1) / 16) for j in range(8)]  # at the digits of the derivative
+            squares = [mpmath.mpf(1.1) ** 2 * ((A + B) / 2 + c * mpmath.sqrt(A * B)) for c in cosines]
+            distances = [mpmath.sqrt(square + mpmath.mpf(0.2) ** 2) for square in squares]
+            return mpmath.re(mpmath.fsum(D * (1 - mpmath.exp(-a * (d - length))) ** 2 for d in distances)) / 2
+
+        for B in (0.0, 1e-14, 1e-9, 1e-7, 1e-6, 3e-6, 1e-5, 1e-3):
+            at = (mpmath.mpf(A), mpmath.mpf(B))
+            slopes = [float(mpmath.diff(value, at, order)) for order in ((1, 0), (0, 1))]
+            curvatures = [float(mpmath.diff(value, at, order)) for order in ((2, 0), (1, 1), (0, 2))]
+            assert chain.value(A, B) == pytest.approx(float(value(*at)), rel=1e-14)
+            np.testing.assert_allclose(chain.slopes(A, B), slopes, rtol=2e-11)
+            np.testing.assert_allclose(chain.curvatures(A, B)[0], curvatures[0], rtol=1e-10)
+            np.testing.assert_allclose(chain.curvatures(A, B)[1], curvatures[1], rtol=1e-9)
+            np.testing.assert_allclose(chain.curvatures(A, B)[2], curvatures[2], rtol=1e-4)
 
 
 @pytest.mark.parametrize(("atoms", "order"), [(3, 3), (4, 2), (5, 5), (6, 3), (7, 7), (8, 4), (12, 6)])
@@ -305,7 +327,8 @@ def test_modes_of_an_irregular_molecule_are_no_slower_than_the_atoms_allow():
         },
     ).relaxed()
     full, body = made.normal_modes().omega, made.vibrations().omega
-    assert (full[:4] <= body + 1e-6).all() and (body <= full[-4:] + 1e-6).all()
+    assert (full[:4] <= body + 1e-6).all()
+    assert (body <= full[-4:] + 1e-6).all()
     np.testing.assert_allclose(full[:3], 0, atol=1e-5)
     assert (full[3:] > 0.01).all()
 
@@ -325,6 +348,17 @@ def test_orbits_conserve_energy_and_spin():
             assert getattr(after, name) == pytest.approx(getattr(before, name), abs=1e-9)
 
 
+def test_files_keep_the_bodies_of_molecules(tmp_path):
+    made = strong(6)
+    z0 = [1.45, 0.0, 0.1, 0.05, 0.1, 0.8, 0.3, 0.2]
+    for body in (made.body, made.exact_body):
+        end = fa.integrate(body, z0, time=1.0, accuracy=1e-9)
+        fa.save(tmp_path / "end.npz", end)
+        recipe = fa.files.recipe(tmp_path / "end.npz")
+        assert recipe.arguments["model"] == body
+        assert recipe.run().z.tobytes() == end.z.tobytes()
+
+
 def test_small_orbits_oscillate_with_the_frequencies_of_the_vibrations():
     made = strong(8)
     rest, omega = made.equilibrium(), made.vibrations().omega
@@ -338,19 +372,19 @@ def test_small_orbits_oscillate_with_the_frequencies_of_the_vibrations():
 def test_levels_of_a_stiff_ring_are_those_of_a_rigid_rotor():
     """The gaps m^2 hbar^2/(2 I) of the rotor, I = 2 mu s^2, with corrections that fall as the stiffness grows."""
     gaps = []
-    for k in (100.0, 400.0):
+    for k in (20.0, 80.0):
         made = fa.molecules.ring(
             6, radius=1.0, pairs=[fa.molecules.HarmonicBond(k, 1.0), fa.molecules.HarmonicBond(k, 3**0.5)]
         )
         moment = 2 * made.body.mu * made.equilibrium().phi[0, 0] ** 2
         still, turning = (
-            fa.quantum.spectrum(made.body, m=m, l=-m, count=1, hbar=0.3, tolerance=1e-8).E[0] for m in (0, 2)
+            fa.quantum.spectrum(made.body, m=m, l=-m, count=1, hbar=0.3, tolerance=1e-5).E[0] for m in (0, 2)
         )
         gaps.append((turning - still) / (2**2 * 0.3**2 / (2 * moment)) - 1)
         zero_point = 0.3 * (made.vibrations().omega[1:].sum()) / 2
         assert still == pytest.approx(zero_point, rel=0.02)
     assert abs(gaps[1]) < 0.02
-    assert gaps[0] / gaps[1] == pytest.approx(2, rel=0.15)  # as hbar/sqrt(k mu)
+    assert gaps[0] / gaps[1] == pytest.approx(2, rel=0.05)  # as hbar/sqrt(k mu)
 
 
 # --- wrong input --------------------------------------------------------------------------------------------------
@@ -409,7 +443,7 @@ def test_wrong_rings_are_refused(given, kind, words):
 
 def test_molecules_without_what_is_asked_for_are_refused():
     uneven = fa.molecules.molecule(np.ones(4), [[0, 2, 2, 0], [0, 0, 1, 1]], BONDS)
-    with pytest.raises(ValueError, match="must have equal principal moments, got 4 and 1. Try exact_body"):
+    with pytest.raises(ValueError, match=r"must have equal principal moments, got 4 and 1\. Try exact_body"):
         _ = uneven.body
     apart = fa.univariate(lambda d: 1 / d, lambda d: -1 / d**2, lambda d: 2 / d**3)
     with pytest.raises(ValueError, match="molecule must have an equilibrium"):

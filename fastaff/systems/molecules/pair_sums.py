@@ -25,8 +25,9 @@ COSINES = tuple(cos(pi * (2 * j + 1) / DIRECTIONS) for j in range(DIRECTIONS // 
 NEAR = 2.0**-20
 """Least square of the relative spread of squared distances at which quotients of differences are taken directly.
 
-Below it they are extrapolated in that square from two values. The relative errors there are about 1e-12 for first, 1e-9
-for second derivatives, which beta^2 multiplies in the forces.
+Below it the quotients of V_A, V_B and V_AB are extrapolated in that square from two values, with relative errors of
+about 1e-11 and 1e-9. V_BB keeps its value there, with a relative error of about 1e-4. In forces beta^2 < 1e-6 alpha^2
+multiplies it.
 """
 
 
