@@ -353,8 +353,9 @@ def test_files_keep_the_bodies_of_molecules(tmp_path):
     z0 = [1.45, 0.0, 0.1, 0.05, 0.1, 0.8, 0.3, 0.2]
     for body in (made.body, made.exact_body):
         end = fa.integrate(body, z0, time=1.0, accuracy=1e-9)
-        fa.save(tmp_path / "end.npz", end)
-        recipe = fa.files.recipe(tmp_path / "end.npz")
+        path = tmp_path / f"{type(body).__name__}.npz"
+        fa.save(path, end)
+        recipe = fa.files.recipe(path)
         assert recipe.arguments["model"] == body
         assert recipe.run().z.tobytes() == end.z.tobytes()
 
