@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product as pairs
 
-from mpmath import mp, pi, sin
+from mpmath import cos, mp, mpf, pi, sin
 
 from . import charts as c
 from .numerics import square
@@ -81,6 +81,40 @@ def _(rng):
     return T - sum(mass) * summed(unit, dx) / 2, c.trace(inner) / 2
 
 
+@states(
+    "sec. 6, rings",
+    "a ring of n equal atoms (S8, C6H6, a nanotube's section) is isotropic: J^KL = (n m R^2/2) delta^KL",
+)
+def _(rng):
+    atoms, mass, radius, turn = 3 + rng.index * 3 + int(rng.real(0, 3)), *rng.reals(2, 0.5, 2), rng.real(-3, 3)
+    angles = [turn + 2 * pi * k / atoms for k in range(atoms)]
+    points = [[radius * cos(angle), radius * sin(angle)] for angle in angles]
+    J = [sum(mass * a[k] * a[n] for a in points) for k, n in pairs(range(2), repeat=2)]
+    return J, [atoms * mass * radius**2 / 2 * (k == n) for k, n in pairs(range(2), repeat=2)]
+
+
+@states(
+    "sec. 6, homogeneous vibrations",
+    "breathing of a ring of springs is a homogeneous mode: (n/2) m omega^2 R^2 by both",
+)
+def _(rng):
+    # Bonds k (l - L)^2/2 of neighbours, at rest: the radius s R stretches each bond by (s - 1) L, and T = mu s'^2 with
+    # J = mu delta. All atoms: the radial displacement is an eigenvector of the full Hessian with omega^2.
+    atoms, k, mass, radius = 3 + rng.index * 2, *rng.reals(3, 0.5, 2)
+    angles = [2 * pi * i / atoms for i in range(atoms)]
+    units = [[cos(angle), sin(angle)] for angle in angles]
+    force = [mpf(0)] * 2
+    for other in (1, atoms - 1):  # on atom 0, for a radial displacement of all by 1
+        apart = [units[0][i] - units[other][i] for i in range(2)]
+        size = mp.sqrt(sum(a * a for a in apart))
+        stretch = k * sum(a * a for a in apart) / size
+        force = [f - stretch * a / size for f, a in zip(force, apart)]
+    length = 2 * radius * sin(pi / atoms)
+    mu = atoms * mass * radius**2 / 2
+    homogeneous = atoms * k * length**2 / (2 * mu)
+    return [-force[0] / mass, force[1]], [homogeneous, 0]
+
+
 @states("sec. 2, R^n x_s GL(n,R)", "affine maps compose as (x, phi)(x', phi') = (x + phi x', phi phi')")
 def _(rng):
     p, q, x, y, a = rng.reals(4), rng.reals(4), rng.reals(2), rng.reals(2), rng.reals(2)
@@ -117,6 +151,20 @@ def _(rng):
         m = [m[2], m[3], m[0], m[1]]
     O, (D1, D2), R = decomposed(m)
     return m, c.product(O, (D1, 0, 0, abs(D2)), c.transposed(R)), c.product(O, (D1, 0, 0, D2), c.transposed(R))
+
+
+@states(
+    "sec. 3, Gram-Schmidt",
+    "the two-polar decomposition is connected with Gram-Schmidt orthogonalisation: its O makes O^T phi phi^T O diagonal",
+    "O of the singular value decomposition; Gram-Schmidt gives phi = O T with a triangle T",
+)
+def _(rng):
+    x, y, z, u = m = rng.reals(4)
+    O, _, _ = decomposed(m)
+    first = c.rotation(mp.atan2(z, x))  # the first column of phi, normalised, is the first of Gram and Schmidt
+    spatial = c.product(m, c.transposed(m))
+    mixed = [c.product(c.transposed(turn), spatial, turn)[1] for turn in (first, O)]
+    return mpf(0), *mixed
 
 
 @states("sec. 3, SO(2)", "O^T O = R^T R = Id, det O = det R = 1")

@@ -350,7 +350,7 @@ def _(rng):
 @states(
     "sec. 5, Delta (rho, Theta)",
     "Laplacian in rho, Phi, Theta, Psi with 2 cot(Theta) at the mixed derivative",
-    "2 cos(Theta)",
+    "2 cos(Theta), for Psi = 2 psi",
 )
 def _(rng):
     f, q = smooth(rng), polar(rng)
