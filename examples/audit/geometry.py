@@ -155,13 +155,13 @@ def _(rng):
 
 @states(
     "sec. 3, Gram-Schmidt",
-    "the two-polar decomposition is connected with Gram-Schmidt orthogonalisation: its O makes O^T phi phi^T O diagonal",
+    "the two-polar decomposition is connected with Gram-Schmidt: its O makes O^T phi phi^T O diagonal",
     "O of the singular value decomposition; Gram-Schmidt gives phi = O T with a triangle T",
 )
 def _(rng):
-    x, y, z, u = m = rng.reals(4)
+    m = rng.reals(4)
     O, _, _ = decomposed(m)
-    first = c.rotation(mp.atan2(z, x))  # the first column of phi, normalised, is the first of Gram and Schmidt
+    first = c.rotation(mp.atan2(m[2], m[0]))  # the first column of phi, normalised, is the first of Gram and Schmidt
     spatial = c.product(m, c.transposed(m))
     mixed = [c.product(c.transposed(turn), spatial, turn)[1] for turn in (first, O)]
     return mpf(0), *mixed

@@ -34,6 +34,9 @@ FLAT = 1e-9
 AT_REST = 1e-9
 """Largest force at an equilibrium, relative to the stiffness times the size of the molecule."""
 
+DEGENERATE = 1e-9
+"""Relative difference of squared frequencies below which modes have one frequency."""
+
 STEPS = 500
 """Largest number of steps to an equilibrium."""
 
@@ -92,6 +95,7 @@ class NormalModes:
         Displacements with ``sum m |u|^2 = 1``.
     overlap : ndarray, shape (modes,)
         Share of the kinetic energy of a mode in homogeneous deformations and the rotation, from 0 to 1. Their sum is 4.
+        Modes of one frequency are ordered by this share.
     """
 
     omega: Array
@@ -235,6 +239,7 @@ class Molecule:
         root = np.sqrt(np.tile(self.masses, len(self.positions)))
         squares, vectors = np.linalg.eigh(self.hessian(rest.positions) / np.outer(root, root))
         affine = np.linalg.qr(root[:, None] * self._affine()).Q
+        vectors = _sorted_by_share(squares, vectors, affine)
         return NormalModes(
             omega=_rooted(squares),
             displacements=(vectors / root[:, None]).reshape(*self.positions.shape, -1),
@@ -631,6 +636,15 @@ def _rooted(squares: Array) -> Array:
     """Return roots, negative for negative squares; squares of round-off size are 0."""
     small = np.abs(squares) <= 1e-11 * np.abs(squares).max()
     return np.where(small, 0.0, np.sign(squares) * np.sqrt(np.abs(squares)))
+
+
+def _sorted_by_share(squares: Array, vectors: Array, affine: Array) -> Array:
+    """Return modes where those of one frequency are turned: as much as possible of a few of them is homogeneous."""
+    turned = vectors.copy()
+    gap = DEGENERATE * np.abs(squares).max()
+    for group in np.split(np.arange(len(squares)), 1 + np.flatnonzero(np.diff(squares) > gap)):
+        turned[:, group] = vectors[:, group] @ np.linalg.svd(affine.T @ vectors[:, group])[2].T
+    return turned
 
 
 def _half_plane(vectors: Array) -> Array:
