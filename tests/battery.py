@@ -101,6 +101,11 @@ def moved(make, z0=Z8, **given):
     return fa.integrate(model if hasattr(model, "velocity") else fa.Body(model), z0, **REAL_TIME)
 
 
+def bonded(make, **given):
+    """A pair potential at work."""
+    return fa.molecules.ring(6, pairs=make(**given)).body
+
+
 def ran(job, threads=1, memory=None, overwrite=False, executor=None, callback=None, on_chunk=None):
     """A job at work, in memory: tests/jobs/test_jobs.py hands everything to what takes the path of a store."""
     return fa.run(
@@ -179,6 +184,18 @@ CALLS = {
     "Hyperelastic": (partial(moved, fa.Hyperelastic), {}),
     "NeoHookean": (partial(moved, fa.NeoHookean), {}),
     "Body": (partial(moved, fa.Body), {"potential": fa.Hyperelastic()}),
+    "HarmonicBond": (partial(bonded, fa.molecules.HarmonicBond), {}),
+    "LennardJones": (partial(bonded, fa.molecules.LennardJones), {}),
+    "MorseBond": (partial(bonded, fa.molecules.MorseBond), {}),
+    "molecule": (
+        fa.molecules.molecule,
+        {
+            "masses": [1.0, 2.0, 1.5],
+            "positions": [[0.0, 1.0, 0.2], [0.0, 0.1, 1.0]],
+            "pairs": {(0, 1): fa.molecules.HarmonicBond(), (1, 2): fa.molecules.MorseBond()},
+        },
+    ),
+    "ring": (fa.molecules.ring, {"atoms": 6, "pairs": [fa.molecules.HarmonicBond()]}),
     "ReducedBody": (
         partial(moved, fa.models.ReducedBody, Z4 + np.array([[1.0], [0.5], [0], [0]])),
         {"potential": fa.Hyperelastic()},
@@ -415,6 +432,8 @@ fa_parts = (fa.runs, fa.frequencies, fa.sections, fa.chaos, fa.periodic, fa.tori
 PUBLIC = {name: getattr(home, name) for home in (fa, *fa_parts, fa.quantum) for name in home.__all__}
 PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix")}
 PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
+PUBLIC |= {name: getattr(fa.molecules, name) for name in ("HarmonicBond", "LennardJones", "MorseBond")}
+PUBLIC |= {name: getattr(fa.molecules, name) for name in ("molecule", "ring")}
 PUBLIC |= fa.formulas.systems.SYSTEMS
 PUBLIC |= {kind.__name__: kind for kind in OF_BODIES.values()}
 PUBLIC |= {

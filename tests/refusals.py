@@ -44,6 +44,26 @@ def misplaced(z0: np.ndarray, row: Any, value: Any) -> np.ndarray:
 
 ROWS = [
     (
+        lambda: fa.molecules.molecule([1, 0, 1], [[0, 1, 0], [0, 0, 1]], {(0, 1): fa.molecules.HarmonicBond()}),
+        ValueError,
+        "masses must be positive, got [1.0, 0.0, 1.0].",
+    ),
+    (
+        lambda: fa.molecules.molecule([1, 1, 1], [[0, 1, 2], [0, 1, 2]], {(0, 1): fa.molecules.HarmonicBond()}),
+        ValueError,
+        "positions must not be on one line in the plane, got principal moments 0, 4.",
+    ),
+    (
+        lambda: fa.molecules.molecule([1, 1, 1], np.ones((4, 3)), {(0, 1): fa.molecules.HarmonicBond()}),
+        ValueError,
+        "positions must have shape (2, 3) or (3, 3), got (4, 3).",
+    ),
+    (
+        lambda: fa.molecules.ring(6, pairs=[fa.molecules.HarmonicBond()] * 4),
+        ValueError,
+        "pairs must have 1 to 3 orders of neighbours for 6 atoms, got 4.",
+    ),
+    (
         lambda: fa.poincare_map(HENON, Z4, **CUT | {"section": "q=0"}),
         ValueError,
         "section must be one of x=c, y=c, got 'q=0'. Use fa.Hyperplane(normal, offset) for other sections.",

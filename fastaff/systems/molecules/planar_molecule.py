@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import Array, checked
 from ...core.numbers import an_array, positive, real, shown, whole
+from ...engine.blocks import parameters
 from ..kinematics import Inertia, inertia
 from ..models import Body
 from ..models.contracts import OneVariable
@@ -628,6 +629,8 @@ def _checked_pairs(pairs: Any, positions: Array) -> tuple[tuple[int, int, OneVar
             raise TypeError(
                 f"pairs[{i}, {j}] must be a NamedTuple with the methods value, slope and curvature, got {shown(pair)}."
             )
+        if not np.isfinite(parameters(pair)).all():
+            raise ValueError(f"pairs[{i}, {j}] must have finite parameters, got {shown(pair)}.")
         known[frozenset((i, j))] = (i, j, pair)
     return tuple(known.values())
 
