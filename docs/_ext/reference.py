@@ -49,7 +49,7 @@ PAGES: dict[str, Page] = {
         "Rings and other molecules of atoms with pair potentials, as bodies.",
         {
             "systems.molecules": "ring molecule Molecule HarmonicBond MorseBond LennardJones MolecularBody Equilibrium "
-            "Vibrations NormalModes"
+            "Vibrations MolecularModes"
         },
     ),
     "orbits": Page(

@@ -3,16 +3,16 @@
 from ...core.identity import tell_apart
 from .pair_sums import MolecularBody
 from .pairs import HarmonicBond, LennardJones, MorseBond
-from .planar_molecule import Equilibrium, Molecule, NormalModes, Vibrations, molecule, ring
+from .planar_molecule import Equilibrium, MolecularModes, Molecule, Vibrations, molecule, ring
 
 __all__ = [
     "Equilibrium",
     "HarmonicBond",
     "LennardJones",
     "MolecularBody",
+    "MolecularModes",
     "Molecule",
     "MorseBond",
-    "NormalModes",
     "Vibrations",
     "molecule",
     "ring",

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
-from ..models.contracts import OneVariable
+from .pairs import PairPotential
 
 DIRECTIONS = 16
 """Material directions of the average over orientations: the average is exact up to terms (beta/alpha)^16."""
@@ -72,7 +72,7 @@ class AveragedPairs(NamedTuple):
     of pairs.  rest: other pairs.
     """
 
-    pair: OneVariable
+    pair: PairPotential
     lengths: tuple[float, ...]
     heights: tuple[float, ...]
     counts: tuple[float, ...]
@@ -175,7 +175,7 @@ class DirectedPairs(NamedTuple):
     of equal pairs.  rest: other pairs.
     """
 
-    pair: OneVariable
+    pair: PairPotential
     x: tuple[float, ...]
     y: tuple[float, ...]
     heights: tuple[float, ...]

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
+from ..models.contracts import Arithmetic, OneVariable
+
+
+class PairPotential(OneVariable, Protocol):
+    """A function of the distance of two atoms with two derivatives."""
+
+    @property
+    def curvature(self) -> Arithmetic:
+        """Its second derivative."""
 
 
 @inserts_parameters

@@ -20,8 +20,8 @@ from ...core.numbers import an_array, positive, real, shown, whole
 from ...engine.blocks import parameters
 from ..kinematics import Inertia, inertia
 from ..models import Body
-from ..models.contracts import OneVariable
 from .pair_sums import AveragedPairs, DirectedPairs, MolecularBody, NoPairs
+from .pairs import PairPotential
 
 SAME = 1e-12
 """Relative difference below which two distances or directions of pairs are merged."""
@@ -37,6 +37,9 @@ AT_REST = 1e-9
 
 DEGENERATE = 1e-9
 """Relative difference of squared frequencies below which modes have one frequency."""
+
+MOST_ATOMS = 1000
+"""Most atoms of a ring: the Hessian of all atoms then has 32 MB."""
 
 STEPS = 500
 """Largest number of steps to an equilibrium."""
@@ -85,7 +88,7 @@ class Vibrations:
 
 
 @dataclass(frozen=True, eq=False)
-class NormalModes:
+class MolecularModes:
     """Normal modes of all atoms about the homogeneous equilibrium.
 
     Attributes
@@ -128,7 +131,7 @@ class Molecule:
 
     masses: Array
     positions: Array
-    pairs: tuple[tuple[int, int, OneVariable], ...]
+    pairs: tuple[tuple[int, int, PairPotential], ...]
 
     # --- the atoms --------------------------------------------------------------------------------------------------
 
@@ -211,12 +214,12 @@ class Molecule:
                 H[:, a, :, b] += sign * block
         return H.reshape(r.size, r.size)
 
-    def normal_modes(self) -> NormalModes:
+    def normal_modes(self) -> MolecularModes:
         """Compute the normal modes of all atoms about the homogeneous equilibrium.
 
         Returns
         -------
-        NormalModes
+        MolecularModes
             Frequencies, displacements, and their shares of homogeneous deformation.
 
         Raises
@@ -241,7 +244,7 @@ class Molecule:
         squares, vectors = np.linalg.eigh(self.hessian(rest.positions) / np.outer(root, root))
         affine = np.linalg.qr(root[:, None] * self._affine()).Q
         vectors = _sorted_by_share(squares, vectors, affine)
-        return NormalModes(
+        return MolecularModes(
             omega=_rooted(squares),
             displacements=(vectors / root[:, None]).reshape(*self.positions.shape, -1),
             overlap=np.sum((affine.T @ vectors) ** 2, axis=0),
@@ -300,10 +303,9 @@ class Molecule:
             )
         chain: Any = NoPairs()
         for pair, vectors in self._by_potential():
-            lengths = np.hypot(vectors[:, 0], vectors[:, 1])
-            merged = _merged(np.stack([lengths, np.abs(vectors[:, 2])], axis=1))
-            columns = tuple(tuple(column) for column in merged.T.tolist())
-            chain = AveragedPairs(pair, *columns, rest=chain)
+            merged = _merged(np.stack([np.hypot(vectors[:, 0], vectors[:, 1]), np.abs(vectors[:, 2])], axis=1))
+            lengths, heights, counts = map(tuple, merged.T.tolist())
+            chain = AveragedPairs(pair, lengths, heights, counts, chain)
         return Body(chain, mu_1)
 
     @cached_property
@@ -315,8 +317,8 @@ class Molecule:
             turned = vectors.copy()
             turned[:, :2] = vectors[:, :2] @ axes.T
             merged = _merged(turned * _half_plane(turned)[:, None])
-            columns = tuple(tuple(column) for column in merged.T.tolist())
-            chain = DirectedPairs(pair, *columns, rest=chain)
+            x, y, heights, counts = map(tuple, merged.T.tolist())
+            chain = DirectedPairs(pair, x, y, heights, counts, chain)
         return MolecularBody(chain, mu_1, mu_2)
 
     @cached_property
@@ -454,16 +456,16 @@ class Molecule:
             )
         return c
 
-    def _by_potential(self) -> list[tuple[OneVariable, Array]]:
+    def _by_potential(self) -> list[tuple[PairPotential, Array]]:
         """Return each potential with the differences (pairs, 3) of its atoms."""
         raised = np.stack([*self.positions[:2], self.heights])
-        groups: dict[OneVariable, list[Array]] = {}
+        groups: dict[PairPotential, list[Array]] = {}
         for i, j, pair in self.pairs:
             groups.setdefault(pair, []).append(raised[:, j] - raised[:, i])
         return [(pair, np.array(vectors)) for pair, vectors in groups.items()]
 
 
-def molecule(masses: ArrayLike, positions: ArrayLike, pairs: Mapping[tuple[int, int], OneVariable]) -> Molecule:
+def molecule(masses: ArrayLike, positions: ArrayLike, pairs: Mapping[tuple[int, int], PairPotential]) -> Molecule:
     """Make a molecule for homogeneous deformation in a plane.
 
     Parameters
@@ -534,7 +536,7 @@ def ring(
     *,
     mass: float = 1.0,
     radius: float = 1.0,
-    pairs: OneVariable | Sequence[OneVariable | None],
+    pairs: PairPotential | Sequence[PairPotential | None],
     height: float = 0.0,
 ) -> Molecule:
     """Make a ring of equal atoms, or the cross-section of a tube.
@@ -542,7 +544,7 @@ def ring(
     Parameters
     ----------
     atoms : int
-        Number n of atoms, at least 3.
+        Number n of atoms, from 3 to 1000.
     mass : float, default 1
         Mass of an atom, or the mass of a row of atoms along a tube.
     radius : float, default 1
@@ -581,10 +583,10 @@ def ring(
     >>> ring.anisotropy_order, round(ring.body.mu, 6)
     (4, 184.6656)
     """
-    n = whole("atoms", atoms, 3, 10_000)
+    n = whole("atoms", atoms, 3, MOST_ATOMS)
     m = positive("mass", mass)
     R = positive("radius", radius)
-    orders: Sequence[Any] = [pairs] if hasattr(pairs, "_fields") else pairs  # type: ignore[list-item]
+    orders: Any = [pairs] if hasattr(pairs, "_fields") else pairs
     if isinstance(orders, (str, Mapping)) or not isinstance(orders, Sequence):
         raise TypeError(f"pairs must be a pair potential or a sequence of them, got {shown(pairs)}.")
     if not 1 <= len(orders) <= n // 2:
@@ -605,17 +607,19 @@ def _alternating(n: int, height: Any) -> Array:
     h = real("height", height)
     if h != 0 and n % 2:
         raise ValueError(f"height must be 0 for an odd number of atoms, got {h}.")
-    return h * (-1.0) ** np.arange(n)
+    heights: Array = np.full(n, h)
+    heights[1::2] = -h
+    return heights
 
 
-def _checked_pairs(pairs: Any, positions: Array) -> tuple[tuple[int, int, OneVariable], ...]:
+def _checked_pairs(pairs: Any, positions: Array) -> tuple[tuple[int, int, PairPotential], ...]:
     """Return the pairs as triples, each once."""
     if not isinstance(pairs, Mapping):
         raise TypeError(f"pairs must be potentials by pairs of atoms such as {{(0, 1): bond}}, got {shown(pairs)}.")
     if not pairs:
         raise ValueError("pairs must have at least one entry, got none.")
     atoms = positions.shape[1]
-    known: dict[frozenset[int], tuple[int, int, OneVariable]] = {}
+    known: dict[frozenset[int], tuple[int, int, PairPotential]] = {}
     for key, pair in pairs.items():
         if not isinstance(key, tuple) or len(key) != 2:
             raise TypeError(f"pairs must have keys of two atoms such as (0, 1), got {shown(key)}.")
@@ -658,16 +662,15 @@ def _half_plane(vectors: Array) -> Array:
     return np.sign(rounded[np.arange(len(vectors)), leading])
 
 
-def _groups(rows: Array) -> list[list[int]]:
-    """Return the indices of rows that are equal up to round-off."""
+def _groups(rows: Array) -> list[Any]:
+    """Return the indices of rows that are equal up to round-off, group by group."""
     scale = np.abs(rows).max()
-    groups: list[list[int]] = []
-    for k, row in enumerate(rows):
-        group = next((g for g in groups if np.abs(rows[g[0]] - row).max() <= SAME * scale), None)
-        if group is None:
-            groups.append([k])
-        else:
-            group.append(k)
+    left = np.arange(len(rows))
+    groups = []
+    while len(left):
+        same = np.abs(rows[left] - rows[left[0]]).max(axis=1) <= SAME * scale
+        groups.append(left[same])
+        left = left[~same]
     return groups
 
 
