@@ -385,6 +385,8 @@ class EnergySurface:
 def described(system: System) -> Model | None:
     """Return the options that build this model, None where none do."""
     inner = getattr(system.model, "potential", system.model)
+    if hasattr(inner, "_fields") and any(isinstance(entry, tuple) for entry in inner):
+        return None  # of parts, such as functions of one variable or pairs of atoms
     mu = float(getattr(system.model, "mu", 1.0)) if inner is not system.model else 1.0
     fields: dict[str, Any] = (
         {name: float(entry) for name, entry in zip(inner._fields, inner)} if hasattr(inner, "_fields") else {}

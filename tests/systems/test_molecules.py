@@ -358,6 +358,8 @@ def test_files_keep_the_bodies_of_molecules(tmp_path):
         recipe = fa.files.recipe(path)
         assert recipe.arguments["model"] == body
         assert recipe.run().z.tobytes() == end.z.tobytes()
+        job = fa.Job(model=body, initial_conditions=np.array(z0)[:, None], integrate=fa.jobs.IntegrateOptions(time=1.0))
+        assert type(body).__name__ in job.text()
 
 
 def test_small_orbits_oscillate_with_the_frequencies_of_the_vibrations():
@@ -371,21 +373,18 @@ def test_small_orbits_oscillate_with_the_frequencies_of_the_vibrations():
 
 
 def test_levels_of_a_stiff_ring_are_those_of_a_rigid_rotor():
-    """The gaps m^2 hbar^2/(2 I) of the rotor, I = 2 mu s^2, with corrections that fall as the stiffness grows."""
-    gaps = []
-    for k in (20.0, 80.0):
-        made = fa.molecules.ring(
-            6, radius=1.0, pairs=[fa.molecules.HarmonicBond(k, 1.0), fa.molecules.HarmonicBond(k, 3**0.5)]
-        )
-        moment = 2 * made.body.mu * made.equilibrium().phi[0, 0] ** 2
-        still, turning = (
-            fa.quantum.spectrum(made.body, m=m, l=-m, count=1, hbar=0.3, tolerance=1e-5).E[0] for m in (0, 2)
-        )
-        gaps.append((turning - still) / (2**2 * 0.3**2 / (2 * moment)) - 1)
-        zero_point = 0.3 * (made.vibrations().omega[1:].sum()) / 2
-        assert still == pytest.approx(zero_point, rel=0.02)
-    assert abs(gaps[1]) < 0.02
-    assert gaps[0] / gaps[1] == pytest.approx(2, rel=0.05)  # as hbar/sqrt(k mu)
+    """Gaps m^2 hbar^2/(2 I), I = 2 mu s^2, up to hbar/sqrt(k mu); one quantum of the shear; half a quantum of each."""
+    bonds = [fa.molecules.HarmonicBond(80.0, 1.0), fa.molecules.HarmonicBond(80.0, 3**0.5)]
+    made = fa.molecules.ring(6, radius=1.0, pairs=bonds)
+    omega, hbar = made.vibrations().omega, 0.3
+    still, turning, sheared = (
+        fa.quantum.spectrum(made.body, m=m, l=l, count=1, hbar=hbar, tolerance=1e-5).E[0]
+        for m, l in ((0, 0), (2, -2), (1, 1))
+    )
+    rotor = 2**2 * hbar**2 / (2 * 2 * made.body.mu * made.equilibrium().phi[0, 0] ** 2)
+    assert turning - still == pytest.approx(rotor, rel=0.01)
+    assert still == pytest.approx(hbar * omega.sum() / 2, rel=0.02)
+    assert sheared - still == pytest.approx(hbar * omega[1], rel=0.03)
 
 
 # --- wrong input --------------------------------------------------------------------------------------------------
@@ -449,5 +448,9 @@ def test_molecules_without_what_is_asked_for_are_refused():
     apart = fa.univariate(lambda d: 1 / d, lambda d: -1 / d**2, lambda d: 2 / d**3)
     with pytest.raises(ValueError, match="molecule must have an equilibrium"):
         fa.molecules.ring(5, pairs=apart).equilibrium()
+    together = fa.univariate(lambda d: -1 / d, lambda d: 1 / d**2, lambda d: -2 / d**3)
+    for find in (fa.molecules.Molecule.equilibrium, fa.molecules.Molecule.relaxed):
+        with pytest.raises(ValueError, match="molecule must have an equilibrium near its positions"):
+            find(fa.molecules.ring(5, pairs=together))
     with pytest.raises(ValueError, match="positions must be finite real numbers"):
         uneven.energy(np.ones((2, 3)))

@@ -7,6 +7,7 @@ axis: the body is its projection. Everything here follows from the energy of the
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,7 +34,7 @@ FLAT = 1e-9
 """Ratio of the principal moments below which atoms are on one line."""
 
 AT_REST = 1e-9
-"""Largest force at an equilibrium, relative to the stiffness times the size of the molecule."""
+"""Largest force at an equilibrium, relative to the stiffness at the given positions times their size."""
 
 DEGENERATE = 1e-9
 """Relative difference of squared frequencies below which modes have one frequency."""
@@ -316,7 +317,7 @@ class Molecule:
         for pair, vectors in self._by_potential():
             turned = vectors.copy()
             turned[:, :2] = vectors[:, :2] @ axes.T
-            merged = _merged(turned * _half_plane(turned)[:, None])
+            merged = _merged(turned * _half_plane(turned)[:, None] + 0.0)
             x, y, heights, counts = map(tuple, merged.T.tolist())
             chain = DirectedPairs(pair, x, y, heights, counts, chain)
         return MolecularBody(chain, mu_1, mu_2)
@@ -351,6 +352,11 @@ class Molecule:
         ------
         ValueError
             If the molecule has no equilibrium near its positions.
+
+        Notes
+        -----
+        The method is Newton's in a trust region, from phi = 1. Symmetric positions may lead to a symmetric saddle
+        point. `vibrations` then has a negative frequency.
 
         Examples
         --------
@@ -436,23 +442,18 @@ class Molecule:
         def bend(c: Array) -> Array:
             return directions.T @ self.hessian(at(c)) @ directions
 
-        with np.errstate(all="ignore"):
-            found = minimize(
-                lambda c: self.energy(at(c)),
-                start,
-                jac=slope,
-                hess=bend,
-                method="trust-exact",
-                options={"maxiter": STEPS},
-            )
-            c = found.x
+        options = {"maxiter": STEPS}
+        force = np.inf
+        with np.errstate(all="ignore"), contextlib.suppress(ValueError, np.linalg.LinAlgError):  # of NaN
+            c = minimize(
+                lambda c: self.energy(at(c)), start, jac=slope, hess=bend, method="trust-exact", options=options
+            ).x
             for _ in range(3):
                 c = c - np.linalg.lstsq(bend(c), slope(c), rcond=1e-9)[0]
-        scale = np.linalg.norm(bend(c), 2) * np.linalg.norm(start)
-        force = float(np.abs(slope(c)).max())
-        if not force <= AT_REST * scale:
+            force = float(np.abs(slope(c)).max() / (np.linalg.norm(bend(start), 2) * np.linalg.norm(start)))
+        if not force <= AT_REST:
             raise ValueError(
-                f"molecule must have an equilibrium near its positions, got a residual force of {force:.3g}."
+                f"molecule must have an equilibrium near its positions, got a relative force of {force:.3g}."
             )
         return c
 
