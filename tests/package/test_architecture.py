@@ -46,7 +46,7 @@ LISTED = (fastaff.runs, fastaff.frequencies, fastaff.sections, fastaff.chaos, fa
 """Parts with lists of results."""
 ROOMS = {
     "systems": ("charts", "models", "formulas", "kinematics", "invariant_metrics"),
-    "quantum": ("kernels", "states", "exact", "solvers", "spectra", "packets", "chaos", "reference"),
+    "quantum": ("kernels", "states", "exact", "solvers", "spectra", "packets", "chaos", "reference", "groups"),
 }
 """Folders and modules within a part, in the same order."""
 HEAVY = {"zarr", "xarray", "distributed", "scipy", "matplotlib", "sympy", "pandas", "cyclopts", "rich", "IPython"}
