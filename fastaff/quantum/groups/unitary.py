@@ -47,7 +47,7 @@ class _Top(NamedTuple):
 @inserts_parameters
 def unitary_levels(
     *,
-    mu: float = 1.0,
+    inertia: float = 1.0,
     c: float = 0.0,
     k: int | None = None,
     j: float | None = None,
@@ -59,8 +59,8 @@ def unitary_levels(
 
     Parameters
     ----------
-    mu : float, default 1
-        Inertia, positive: T = (mu/2) (ds/dt)^2.
+    inertia : float, default 1
+        Inertia mu, positive: T = (mu/2) (ds/dt)^2.
     c : float, default 0
         Weight of the dilatational term of the metric, above -1.
     k : int, optional
@@ -104,7 +104,7 @@ def unitary_levels(
     >>> levels.E, levels.degeneracy
     (array([0., 2., 4., 6.]), array([ 1,  8, 11, 18]))
     """
-    constants = _constants(mu, c, hbar)
+    constants = _constants(inertia, c, hbar)
     top = _Top(constants.hbar**2 / (2 * constants.mu), constants.weight)
     given = [name for name, value in (("max_energy", max_energy), ("multiplets", multiplets)) if value is not None]
     if (k is not None or j is not None) + len(given) != 1 or (k is None) != (j is None):
@@ -127,13 +127,13 @@ class _Constants(NamedTuple):
     hbar: float
 
 
-def _constants(mu: Any, c: Any, hbar: Any) -> _Constants:
-    """Return mu, 1 + c and hbar, checked."""
-    inertia = positive("mu", mu)
+def _constants(inertia: Any, c: Any, hbar: Any) -> _Constants:
+    """Return the inertia, 1 + c and hbar, checked."""
+    size = positive("inertia", inertia)
     weight = 1 + real("c", c)
     if not weight > 0:
         raise ValueError(f"c must be above -1, got {shown(c)}. Elsewhere the metric of U(2) is not positive.")
-    return _Constants(inertia, weight, action_quantum(hbar, inertia * min(1.0, weight)))
+    return _Constants(size, weight, action_quantum(hbar, size * min(1.0, weight)))
 
 
 def _charge_and_spin(k: Any, j: Any) -> tuple[int, int]:
