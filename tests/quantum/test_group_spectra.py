@@ -1,4 +1,4 @@
-"""Spectra with the invariant metrics of section 7, against operators by differences, heat traces and radial matrices."""
+"""Spectra with the invariant metrics of section 7, against operators by differences, a heat trace, radial matrices."""
 
 import math
 
@@ -61,8 +61,10 @@ def test_waves_of_the_unitary_group_are_eigenfunctions_of_its_laplacian(_):
     inertia, c, hbar, numbers = RNG.uniform(0.5, 2), RNG.uniform(-0.5, 2), RNG.uniform(0.5, 2), drawn_state()
     q = angles()
     E = unitary_levels(inertia=inertia, c=c, hbar=hbar, k=numbers["k"], j=numbers["j"]).E[0]
-    found = -(hbar**2) / (2 * inertia) * laplacian(
-        lambda q: g.unitary_metric(q, c), lambda q: unitary_wave(q, **numbers), q
+    found = (
+        -(hbar**2)
+        / (2 * inertia)
+        * laplacian(lambda q: g.unitary_metric(q, c), lambda q: unitary_wave(q, **numbers), q)
     )
     scale = hbar**2 / inertia * (1 + numbers["j"]) ** 2 * (1 + abs(numbers["k"]))
     assert abs(found - E * unitary_wave(q, **numbers)) < 1e-7 * scale
@@ -295,7 +297,9 @@ def test_levels_are_sums_in_closed_form(invariance):
     constants, hbar, k = drawn(invariance), RNG.uniform(0.5, 2), RNG.uniform(0.5, 2)
     m, l = drawn_class(4)
     I, A, B = (constants.get(name, 0.0) for name in "IAB")
-    found = affine_spectrum(fa.models.AffineBody(invariance, **constants, potential=TAU, k=k), m=m, l=l, count=4, hbar=hbar)
+    found = affine_spectrum(
+        fa.models.AffineBody(invariance, **constants, potential=TAU, k=k), m=m, l=l, count=4, hbar=hbar
+    )
     quantum = hbar * math.sqrt(k / 2 / (I + A + 2 * B))
     turn = {"left": l, "right": m, "both": 0}[invariance]
     rotor = hbar**2 * I * turn**2 / (2 * (I**2 - A**2))

@@ -13,8 +13,9 @@ in L^2(sinh b db). With alpha = |m - l|/2 and beta = |m + l|/2 it is Poeschl and
 | principal series | all | 1/4 + s^2, s > 0: continuous |
 | discrete series | m l < 0 | k (1 - k) with k = min(|m|, |l|)/2 - n > 1/2, n = 0, 1, ... |
 
-k = 1/2, the limit of the discrete series, is not square integrable. The package's l belongs to Psi = -2 psi: m l < 0 are
-matrix elements between weights m and -l of one sign. The square-integrable ones are those of lowest or highest weight.
+k = 1/2, the limit of the discrete series, is not square integrable. l belongs to psi = -Psi/2, so m l < 0 are matrix
+elements between weights m and -l of one sign. Representations of lowest or highest weight 2 k have these weights, all
+at least 2 k in size.
 
 Source: Martens & Slawianowski, EQ6.17-EQ6.22 (the metric); Bargmann 1947, Ann. Math. 48, 568 (the series).
 """
@@ -96,7 +97,7 @@ def shear_factor(b: ArrayLike, *, n: int, m: int, l: int) -> np.ndarray:
     Examples
     --------
     >>> fa.quantum.shear_factor([0.0, 1.0, 2.0], n=0, m=2, l=-2).round(6)
-    array([0.707107, 0.556095, 0.296961])
+    array([0.707107, 0.556103, 0.296967])
     """
     symmetry = checked_class(m, l)
     weights = series(symmetry)

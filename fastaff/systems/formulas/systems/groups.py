@@ -58,8 +58,8 @@ def UnitaryBody(
     Returns
     -------
     model
-        Model of `hamiltonian` with the inertia, c and the parameters as fields. Its rows are a, Phi, Theta, Psi, p_a, p_Phi,
-        p_Theta, p_Psi, with angles in radians.
+        Model of `hamiltonian` with the inertia, c and the parameters as fields. Its rows are a, Phi, Theta, Psi, p_a,
+        p_Phi, p_Theta, p_Psi, with angles in radians.
 
     Raises
     ------
