@@ -10,6 +10,7 @@ from ...core.docstrings import inserts_parameters
 from ...core.numbers import kind_of, positive, whole
 from ...systems.formulas.formula import hamiltonian
 from ...systems.formulas.systems.bodies import AffineParts, affine_parts
+from ...systems.models.contracts import Dynamics
 from ..exact.exact_levels import ROUNDING
 from ..solvers.singular_ends import sampled
 from ..spectra.spectrum import spectrum
@@ -53,7 +54,7 @@ class _Rates(NamedTuple):
 
 @inserts_parameters
 def affine_spectrum(
-    model: Any,
+    model: Dynamics,
     *,
     m: int,
     l: int,

@@ -19,7 +19,7 @@ from ...core.numbers import fits, numbers, positive, real, shown, whole
 from ...core.status import Status
 from ...results.calls import records_call
 from ..exact.exact_levels import ROUNDING
-from ..reference.rigid_tops import doubled, wigner_d
+from ..reference.rigid_tops import wigner_d
 from ..states.level_table import LevelTable
 from ..states.symmetry import action_quantum, whole_quantum
 
@@ -139,9 +139,9 @@ def _constants(inertia: Any, c: Any, hbar: Any) -> _Constants:
 def _charge_and_spin(k: Any, j: Any) -> tuple[int, int]:
     """Return k and 2 j of one state; raises ValueError where k + 2 j is odd."""
     charge = whole_quantum("k", k)
-    twice = doubled("j", j, 0)
-    if twice.ndim:
-        raise TypeError(f"j must be one number, got {shown(j)}")
+    twice = 2 * real("j", j)
+    if twice < 0 or not twice.is_integer():
+        raise ValueError(f"j must be an integer or half-integer of at least 0, got {shown(j)}")
     if (charge + int(twice)) % 2:
         raise ValueError(
             f"k + 2 j must be even, got k = {charge}, j = {shown(j)}. (a + 2 pi, -u) and (a, u) are the same matrix."
