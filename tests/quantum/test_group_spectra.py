@@ -17,6 +17,7 @@ RNG = np.random.default_rng(616)
 TAU = "k*log(det)**2/8"
 """Potential of an oscillating dilatation: one compiled text for all tests."""
 SHEARED = fa.models.AffineBody("left", potential="k*log(det)**2/8 + c*r/det/2", k=1.0, c=1.0)
+MIXED = fa.models.AffineBody("left", potential="k*r", k=1.0)
 STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
 """Fourth-order central first difference."""
 
@@ -236,13 +237,13 @@ def test_discrete_states_are_eigenfunctions_of_the_invariant_laplacian(invarianc
             assert abs(kinetic + (k * q[0] ** 2 / 8 - E) * psi) < 1e-7 * scale
 
 
-def radial_levels(m, l, box, count, cells):
-    """The lowest values of L between b = 0 and a wall, by a symmetric difference scheme and Richardson's step."""
+def radial_levels(m, l, box, count, cells, V=lambda b: 0.0):
+    """The lowest values of L + V between b = 0 and a wall, by a symmetric difference scheme and Richardson's step."""
 
     def once(cells):
         edges = np.linspace(0.0, box, cells + 1)
         b, h = (edges[1:] + edges[:-1]) / 2, box / cells
-        q = ((m * m + l * l) / np.sinh(b) + 2 * m * l / np.tanh(b)) / np.sinh(b) / 4
+        q = ((m * m + l * l) / np.sinh(b) + 2 * m * l / np.tanh(b)) / np.sinh(b) / 4 + V(b)
         ahead, behind = np.sinh(edges[1:]) / np.sinh(b), np.sinh(edges[:-1]) / np.sinh(b)
         off = -ahead[:-1] * np.sqrt(np.sinh(b[:-1]) / np.sinh(b[1:])) / h**2
         return eigh_tridiagonal((ahead + behind) / h**2 + q, off, select="i", select_range=(0, count - 1))[0]
@@ -323,7 +324,7 @@ def test_without_a_potential_and_with_a_weak_one_the_dilatation_makes_the_contin
     free = affine_spectrum(fa.models.AffineBody("both", A=0.5, B=0.2), m=6, l=-4)
     assert len(free.levels) == 0
     assert free.threshold == pytest.approx(2 * (1 - 2) / 0.5, rel=1e-13)
-    assert "free without a potential" in free.reason
+    assert "the dilatation is free" in free.reason
     assert affine_spectrum(fa.models.AffineBody("left"), m=2, l=0).threshold == pytest.approx(0.25 / 1.5, rel=1e-13)
     k = RNG.uniform(0.5, 2)
     deep = affine_spectrum(fa.models.AffineBody("both", A=1.0, potential=TAU, k=k), m=2, l=4)
@@ -332,6 +333,41 @@ def test_without_a_potential_and_with_a_weak_one_the_dilatation_makes_the_contin
     limit = affine_spectrum(fa.models.AffineBody("both", A=1.0, potential="-k*exp(-log(det)**2)", k=20.0), m=6, l=-6)
     # V goes to 0, and k = 3 of the shear then leaves -6 to the dilatation, below E_0 + 1/4
     assert limit.threshold == pytest.approx(min(-6.0, limit.levels.constants[0].min() + 0.25), abs=1e-3)
+
+
+@pytest.mark.parametrize("invariance", ["left", "right"])
+def test_levels_of_a_shear_with_a_potential_are_those_of_the_radial_equation(invariance):
+    """V_b = c cosh b, beside a difference scheme, in classes of both signs."""
+    constants, hbar, k, c = drawn(invariance), RNG.uniform(0.5, 1.5), RNG.uniform(0.5, 2), RNG.uniform(0.5, 2)
+    model = fa.models.AffineBody(invariance, **constants, potential="k*log(det)**2/8 + c*r/det/2", k=k, c=c)
+    I, A, B = (constants[name] for name in "IAB")
+    unit = hbar**2 / (I + A)
+    for m, l in ((0, 0), (2, -4), (5, -5), (1, 3)):
+        found = affine_spectrum(model, m=m, l=l, count=3, hbar=hbar)
+        rotor = hbar**2 * I * (l if invariance == "left" else m) ** 2 / (2 * (I**2 - A**2))
+        shear = unit * radial_levels(m, l, 9.0, 3, 8000, lambda b: c * (np.cosh(b) - 1) / unit) + rotor
+        dilatation = hbar * math.sqrt(k / 2 / (I + A + 2 * B)) * (np.arange(3) + 0.5) + c
+        exact = np.add.outer(dilatation, shear)[tuple(found.levels.n)]
+        np.testing.assert_allclose(found.levels.E, exact, rtol=3e-6)
+        assert found.levels.converged.all()
+        assert found.threshold == np.inf
+
+
+def test_levels_of_an_exactly_solvable_shear():
+    """-h/(r/det + 2) = -h/(4 cosh(b/2)^2) turns alpha^2 into alpha^2 + h S/hbar^2: discrete levels in any class."""
+    for m, l in ((0, 0), (2, 2), (3, -1), (-4, 6)):
+        A, k, h, hbar = RNG.uniform(0.5, 2), RNG.uniform(0.5, 2), RNG.uniform(60, 90), RNG.uniform(0.8, 1.2)
+        model = fa.models.AffineBody("both", A=A, potential="k*log(det)**2/8 - h/(r/det + 2)", k=k, h=h)
+        alpha, beta = math.sqrt((m - l) ** 2 / 4 + h * A / hbar**2), abs(m + l) / 2
+        found = affine_spectrum(model, m=m, l=l, count=2, hbar=hbar)
+        weights = (alpha - beta) / 2 - np.arange(2)
+        exact = hbar**2 / A * weights * (1 - weights)
+        levels = found.levels
+        quantum = hbar * math.sqrt(k / 2 / A)
+        sums = np.add.outer(quantum * (np.arange(2) + 0.5), exact)[tuple(levels.n)]
+        assert (np.abs(levels.E - sums) <= levels.error).all()
+        assert (levels.error < 1e-8 * (1 + h)).all()
+        assert found.threshold == pytest.approx(quantum / 2 + hbar**2 / (4 * A), abs=1e-3)
 
 
 def test_geodesics_of_discrete_levels_are_bounded_with_the_frequency_of_the_spacing():
@@ -388,7 +424,7 @@ def body(**more):
         (lambda: shear_factor("b", n=0, m=2, l=-2), TypeError, "b must be"),
         (lambda: affine_spectrum(fa.Body(fa.Harmonic()), m=0, l=0), TypeError, "model must be an AffineBody, got"),
         (lambda: affine_spectrum(3, m=0, l=0), TypeError, "model must be an AffineBody, got"),
-        (lambda: affine_spectrum(SHEARED, m=0, l=0), ValueError, "potential of det alone, got k"),
+        (lambda: affine_spectrum(MIXED, m=0, l=0), ValueError, r"potential V\(det\) \+ W\(r/det\), got 'k\*r'"),
         (lambda: affine_spectrum(body(B=-0.7), m=0, l=0), ValueError, r"I \+ A and I \+ A \+ 2 B positive"),
         (lambda: affine_spectrum(body(), m=1, l=0), ValueError, r"m \+ l must be even"),
         (lambda: affine_spectrum(body(), m=1.5, l=0), ValueError, "m must be a whole number"),

@@ -2,24 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import kind_of, positive, whole
+from ...core.numbers import kind_of, positive, shown, whole
+from ...core.status import Status
 from ...systems.formulas.formula import hamiltonian
 from ...systems.formulas.systems.bodies import AffineParts, affine_parts
 from ...systems.models.contracts import Dynamics
 from ..exact.exact_levels import ROUNDING
+from ..solvers.separable import radial
 from ..solvers.singular_ends import sampled
 from ..spectra.spectrum import spectrum
-from ..states.level_table import LevelTable
+from ..states.level_table import LevelTable, level_scale
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
 from .shear_series import BOTTOM, casimir, series, why_none
 
 FAR = 300.0
-"""ln(det) where the limits of a potential are read: det is e^(+-300), its square and root are within floats."""
+"""a or b at which the limits of a potential are read: det is e^(+-300), its square and root are within floats."""
+
+GROWTH = 0.05
+"""Relative growth of V from half of that to it beyond which V has no limit. A logarithm grows by 0.12, a tail 1/b by
+less than 0.01.
+"""
+
+SAMPLES = (np.linspace(-1.3, 1.1, 7)[:, None], np.linspace(0.15, 1.9, 5))
+"""Values of a and b at which V(a, b) = V(a, 0) + V(0, b) - V(0, 0) is checked."""
+
+SPLIT = 1e-9
+"""Largest difference there, relative to V: that of rounding."""
+
+EQUAL = 1e-12
+"""Largest relative change of a potential that does not depend on det."""
+
+MOST_SHOWN = 8
+"""Most weights k that the reason lists."""
 
 
 class AffineSpectrum(NamedTuple):
@@ -67,10 +87,11 @@ def affine_spectrum(
     Parameters
     ----------
     model : model
-        An `AffineBody` without potential, or with a potential of det alone.
+        An `AffineBody` without potential, or with V = V_a(det) + V_b(r/det).
     {spin_vorticity}
     count : int, default 1
-        Number of levels of the dilatation, at least 1. Each has all discrete levels of the shear.
+        Number of levels of the dilatation, at least 1, and of the shear if V depends on it. Without V_b each level of
+        the dilatation has all discrete levels of the shear.
     {hbar}
     {levels_tolerance}
 
@@ -84,19 +105,21 @@ def affine_spectrum(
     TypeError
         If the model is no `AffineBody`, or an argument has the wrong type.
     ValueError
-        If V depends on more than det, I + A or I + A + 2 B is not positive, or an argument has a wrong value.
+        If V is no such sum, I + A or I + A + 2 B is not positive, or an argument has a wrong value.
     NoGroundState
-        If V is unbounded below or binds fewer than `count` levels of the dilatation. It is a `ValueError`.
+        If V is unbounded below or binds fewer than `count` levels. It is a `ValueError`.
 
     Notes
     -----
     - H = -hbar^2/(I + A + 2 B) d^2/da^2 + V + hbar^2/(I + A) L + hbar^2 I/(2 (I^2 - A^2)) (l^2 for "left", m^2 for
       "right"), the Laplacian of the invariant metric; I = 0 for "both". The measure is da sinh(b) db.
-    - L has a continuum from 1/4 on, and k (1 - k) with k = min(``|m|``, ``|l|``)/2 - n > 1/2 if m l < 0.
-    - Levels of the dilatation: `spectrum`. Without V it is free, and no level is discrete.
-    - Infinitely many classes share a level: any m for "left", any l for "right". They lie in continua of other classes.
+    - L has a continuum from 1/4 on, and k (1 - k) with k = min(``|m|``, ``|l|``)/2 - n > 1/2 if m l < 0. With V_b the
+      radial equation is solved by Galerkin's method.
+    - Levels of the dilatation: `spectrum`. Without V_a it is free, and no level is discrete.
+    - Without V_b infinitely many classes share a level: any m for "left", any l for "right".
+    - Levels above the threshold, here or of another class, stay discrete: a, m and l are conserved.
     - "both": unbounded below over all classes, because T has the signature (+++-).
-    - Limits of V are read at det = e^-300 and e^300.
+    - Limits of V are read at ln det = -300, 300 and b = 300.
 
     References
     ----------
@@ -118,20 +141,22 @@ def affine_spectrum(
     count = whole("count", count, 1)
     tolerance = positive("tolerance", tolerance)
     rates = _rates(parts, symmetry, action_quantum(hbar))
-    shear = rates.shear * casimir(series(symmetry)) + rates.rotor
-    least = min([rates.shear * BOTTOM + rates.rotor, *shear])
-    reason = why_none(symmetry) or f"k = {', '.join(f'{k:g}' for k in series(symmetry))} of the discrete series"
-    if not parts.potential:
-        reason = f"the dilatation is free without a potential, so no level is discrete; shear: {reason}."
-        return AffineSpectrum(_levels(None, shear[:0], symmetry, hbar), least, ROUNDING * abs(least), reason)
-    dilatation = _dilatation(parts)
+    held = _potential_of(model, parts)
+    shear = _closed_shear(rates, symmetry) if held is None else _bound_shear(held, rates, symmetry, count, tolerance)
+    dilatation = _dilatation(parts) if parts.potential else None
+    at_rest = sampled(dilatation.potential_energy, SAMPLES[0].ravel()) if dilatation else np.zeros(1)
+    if np.ptp(at_rest) <= EQUAL * np.abs(at_rest).max():  # the dilatation is free, so its continuum begins at once
+        least = min([shear.bottom, *shear.E]) + float(at_rest[0])
+        reason = f"without a potential of det the dilatation is free, and no level is discrete; {shear.reason}."
+        return AffineSpectrum(_levels(None, shear, symmetry, hbar), least, shear.slack(least), reason)
     found = spectrum(dilatation, count=count, hbar=hbar, tolerance=tolerance)
-    bound = rates.shear * BOTTOM + rates.rotor + float(found.E[0])
-    error = float(found.error[0]) + ROUNDING * (abs(bound) + abs(rates.rotor))
-    limits = sampled(dilatation.potential_energy, np.array([-FAR, FAR]))
-    free = float(limits.min()) + least
-    threshold, error = (free, ROUNDING * abs(free)) if free < bound else (bound, error)
-    return AffineSpectrum(_levels(found, shear, symmetry, hbar), threshold, error, f"shear: {reason}.")
+    bound = shear.bottom + float(found.E[0])
+    free = min(_limit(dilatation.potential_energy, side) for side in (-1, 1)) + min([shear.bottom, *shear.E])
+    threshold, error = (
+        (free, shear.slack(free)) if free < bound else (bound, float(found.error[0] + ROUNDING * abs(bound)))
+    )
+    error = error if np.isfinite(threshold) else 0.0
+    return AffineSpectrum(_levels(found, shear, symmetry, hbar), threshold, error, f"{shear.reason}.")
 
 
 def _rates(parts: AffineParts, symmetry: SymmetryClass, hbar: float) -> _Rates:
@@ -162,31 +187,138 @@ def _unused(name: str, taken: dict[str, float]) -> str:
     return name
 
 
-def _levels(found: LevelTable | None, shear: np.ndarray, symmetry: SymmetryClass, hbar: float) -> LevelTable:
-    """Return all sums of levels of the dilatation and of the shear, ascending."""
-    E_a = found.E if found is not None else np.empty(0)
-    error_a = found.error if found is not None else np.empty(0)
-    status_a = found.status if found is not None else np.empty(0, np.int64)
-    n_a, n_b = (index.ravel() for index in np.indices((E_a.size, shear.size)))
-    constants = np.array([E_a[n_a], shear[n_b]])
-    E = constants.sum(axis=0)
-    order = np.argsort(E, kind="stable")
-    n_a, n_b, E, constants = n_a[order], n_b[order], E[order], constants[:, order]
-    m, l = (np.full(E.shape, number) for number in symmetry)
-    method = "discrete series of SL(2,R) in closed form"
+class _Shear(NamedTuple):
+    """Levels of the shear with the rotor's term, their errors, status, method and size; the bottom of its continuum."""
+
+    E: np.ndarray
+    error: np.ndarray
+    converged: np.ndarray
+    bottom: float
+    method: str
+    size: int
+    reason: str
+
+    def slack(self, energy: float) -> float:
+        """Return the error of a threshold at an energy: that of the lowest level, and rounding."""
+        return float(self.error[0] if self.error.size else 0.0) + ROUNDING * abs(energy)
+
+
+def _closed_shear(rates: _Rates, symmetry: SymmetryClass) -> _Shear:
+    """Return the discrete series and the bottom of the principal series."""
+    k = series(symmetry)
+    parts = rates.shear * casimir(k)
+    reason = why_none(symmetry) or f"k = {', '.join(f'{one:g}' for one in k[:MOST_SHOWN])} of the discrete series"
+    return _Shear(
+        E=parts + rates.rotor,
+        error=ROUNDING * (np.abs(parts) + rates.rotor),
+        converged=np.ones(k.shape, bool),
+        bottom=rates.shear * BOTTOM + rates.rotor,
+        method="shear: discrete series of SL(2,R) in closed form",
+        size=0,
+        reason=f"shear: {reason}",
+    )
+
+
+class _ShearPotential(NamedTuple):
+    """V of the shear alone and the centrifugal terms of the shear operator L less their 1/b^2 part.
+
+    Source: `shear_series`, L with u = sqrt(sinh b) f; (b - 1/b^2) terms by `_curved`.
+    """
+
+    V: Callable[[Any], Any]
+    shear: float
+    alpha: float
+    beta: float
+
+    def value(self, b: Any) -> Any:
+        """Return V + shear (L - (beta^2 - 1/4)/b^2) at b."""
+        rest = BOTTOM - _curved(b) / 4 + self.beta**2 / 4 * _curved(b / 2) - self.alpha**2 / 4 * _squared_sech(b / 2)
+        return self.V(b) + self.shear * rest
+
+
+def _curved(x: np.ndarray) -> np.ndarray:
+    """Return 1/sinh(x)^2 - 1/x^2, accurate at small x."""
+    near = x < 0.3
+    y = np.where(near, x, 0.0) ** 2
+    small = -1 / 3 + y * (1 / 15 - y * (2 / 189 - y * (1 / 675 - y * (2 / 10395 - y * 1382 / 58046625))))
+    far = np.where(near, 1.0, x)
+    decay = np.exp(-far)
+    return np.where(near, small, (2 * decay / (1 - decay * decay)) ** 2 - 1 / far**2)
+
+
+def _squared_sech(x: np.ndarray) -> np.ndarray:
+    """Return 1/cosh(x)^2 without overflow."""
+    decay = np.exp(-np.abs(x))
+    return (2 * decay / (1 + decay * decay)) ** 2
+
+
+def _bound_shear(
+    held: Callable[[Any], Any], rates: _Rates, symmetry: SymmetryClass, count: int, tolerance: float
+) -> _Shear:
+    """Return the lowest levels of a shear with a potential, as a radial problem in two dimensions, b its radius."""
+    problem = _ShearPotential(held, rates.shear, symmetry.a, symmetry.b)
+    K = np.array([symmetry.b**2])
+    solved = radial("V_b", problem, 2, K, count, 1.0, 0.5 / rates.shear, tolerance)
+    E, error = solved.values[0], solved.error[0]
+    return _Shear(
+        E=E + rates.rotor,
+        error=error + ROUNDING * (np.abs(E) + rates.rotor),
+        converged=error <= tolerance * level_scale(E),
+        bottom=_limit(held, 1) + rates.shear * BOTTOM + rates.rotor,
+        method=f"shear: Galerkin in Jacobi polynomials with the exponents of the ends{solved.said}",
+        size=solved.size,
+        reason="shear: levels with the potential V_b",
+    )
+
+
+def _potential_of(model: Any, parts: AffineParts) -> Callable[[Any], Any] | None:
+    """Return V of the shear at a = 0, less its value at b = 0, None where V depends on det alone; raises ValueError
+    where V is no sum of functions of det and of r/det.
+    """
+    if not parts.sheared:
+        return None
+
+    def V(a: Any, b: Any) -> Any:
+        with np.errstate(all="ignore"):
+            D1, D2 = np.exp((a + b) / 2), np.exp((a - b) / 2)
+            return model.energy(D1, 0.0, 0.0, D2, 0.0, 0.0, 0.0, 0.0)
+
+    a, b = SAMPLES
+    values = [V(a + 0 * b, 0 * a + b), V(a, 0 * a), V(0 * b, b)]
+    rest = float(V(0.0, 0.0))
+    off = np.abs(values[0] - values[1] - values[2] + rest).max()
+    if not off <= SPLIT * max(np.abs(value).max() for value in values):
+        raise ValueError(f"model must have a potential V(det) + W(r/det), got {shown(parts.written(), 60)}")
+    return None if np.ptp(values[2]) <= SPLIT * np.abs(values[2]).max() else lambda b: V(0 * b, b) - rest
+
+
+def _limit(V: Callable[[Any], Any], side: int) -> float:
+    """Return the limit of V at +-infinity, inf where it grows."""
+    near, half, far = (float(sampled(V, np.array([place]))[0]) for place in (0.0, side * FAR / 2, side * FAR))
+    return far if far - half <= GROWTH * max(abs(half - near), abs(far)) else np.inf
+
+
+def _levels(found: LevelTable | None, shear: _Shear, symmetry: SymmetryClass, hbar: float) -> LevelTable:
+    """Return all sums of levels of the dilatation and of the shear, ascending; none where the dilatation is free."""
+    E_a, error_a, status_a = (np.empty(0), np.empty(0), np.empty(0, np.int64))
     if found is not None:
-        method += f"; dilatation: {found.method}"
+        E_a, error_a, status_a = found.E, found.error, found.status
+    n = np.indices((E_a.size, shear.E.size)).reshape(2, -1)
+    n = n[:, np.argsort(E_a[n[0]] + shear.E[n[1]], kind="stable")]
+    constants = np.array([E_a[n[0]], shear.E[n[1]]])
+    E = constants.sum(axis=0)
+    m, l = (np.full(E.shape, number) for number in symmetry)
     return LevelTable(
         E=E,
-        error=error_a[n_a] + ROUNDING * np.abs(constants).sum(axis=0),
-        status=status_a[n_a],
-        n=np.array([n_a, n_b]),
+        error=error_a[n[0]] + shear.error[n[1]] + ROUNDING * np.abs(constants).sum(axis=0),
+        status=np.where(shear.converged[n[1]], status_a[n[0]], Status.NOT_CONVERGED),
+        n=n,
         names=("a", "b"),
         m=m,
         l=l,
         constants=constants,
         constant_names=("E_a", "E_b"),
         hbar=float(hbar),
-        method=method,
-        functions=found.functions if found is not None else 0,
+        method=f"{shear.method}; dilatation: {found.method}" if found is not None else shear.method,
+        functions=max(shear.size, found.functions if found is not None else 0),
     )

@@ -213,12 +213,16 @@ class AffineParts(NamedTuple):
     potential: str
     parameters: dict[str, float]
 
+    @property
+    def sheared(self) -> bool:
+        """Whether the potential names r."""
+        return _OF_ELEMENTS["r"] in self.potential
+
     def of_dilatation(self, name: str) -> str:
-        """Return the potential in `name` = ln(det); raises ValueError if it depends on more than det."""
-        det = _OF_ELEMENTS["det"]
-        if _OF_ELEMENTS["r"] in self.potential:
-            raise ValueError(f"model must have a potential of det alone, got {self.written()}")
-        return self.potential.replace(f"log({det})", f"({name})").replace(det, f"exp({name})")
+        """Return the potential of D1 = D2, a formula in `name` = ln(det)."""
+        det, r = _OF_ELEMENTS.values()
+        text = self.potential.replace(r, f"(2*exp({name}))")
+        return text.replace(f"log({det})", f"({name})").replace(det, f"exp({name})")
 
     def written(self) -> str:
         """Return the potential as the user wrote it."""
