@@ -283,8 +283,8 @@ def test_the_continuum_begins_at_a_quarter(pair):
 
 
 def test_shear_factors_are_normalised_orthogonal_and_stable_for_large_numbers():
-    x, w = np.polynomial.legendre.leggauss(1200)
-    for m, l in [drawn_class() for _ in range(4)] + [(160, -200), (300, -300)]:
+    x, w = np.polynomial.legendre.leggauss(700)
+    for m, l in [drawn_class() for _ in range(4)] + [(160, -200), (160, -160)]:
         number = series(SymmetryClass(m, l)).size
         chosen = sorted({0, number // 2, number - 1})
         b = 20 * (1 + x) ** 2  # f is narrow near 0 and falls as exp(-k b)
@@ -355,11 +355,11 @@ def test_levels_of_a_shear_with_a_potential_are_those_of_the_radial_equation(inv
 
 def test_levels_of_an_exactly_solvable_shear():
     """-h/(r/det + 2) = -h/(4 cosh(b/2)^2) turns alpha^2 into alpha^2 + h S/hbar^2: discrete levels in any class."""
-    for m, l in ((0, 0), (2, 2), (3, -1), (-4, 6)):
-        A, k, h, hbar = RNG.uniform(0.5, 2), RNG.uniform(0.5, 2), RNG.uniform(60, 90), RNG.uniform(0.8, 1.2)
+    for m, l in ((0, 0), (2, 2), (-3, 5)):
+        A, k, h, hbar = RNG.uniform(0.5, 2), RNG.uniform(0.5, 2), RNG.uniform(300, 400), RNG.uniform(0.8, 1.2)
         model = fa.models.AffineBody("both", A=A, potential="k*log(det)**2/8 - h/(r/det + 2)", k=k, h=h)
         alpha, beta = math.sqrt((m - l) ** 2 / 4 + h * A / hbar**2), abs(m + l) / 2
-        found = affine_spectrum(model, m=m, l=l, count=2, hbar=hbar)
+        found = affine_spectrum(model, m=m, l=l, count=2, hbar=hbar, tolerance=1e-8)
         weights = (alpha - beta) / 2 - np.arange(2)
         exact = hbar**2 / A * weights * (1 - weights)
         levels = found.levels
