@@ -14,20 +14,11 @@ from ...systems.formulas.formula import hamiltonian
 from ...systems.formulas.systems.bodies import AffineParts, affine_parts
 from ...systems.models.contracts import Dynamics
 from ..exact.exact_levels import ROUNDING
-from ..solvers.separable import radial
 from ..solvers.singular_ends import sampled
 from ..spectra.spectrum import spectrum
-from ..states.level_table import LevelTable, level_scale
+from ..states.level_table import LevelTable
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
-from .shear_series import BOTTOM, casimir, series, why_none
-
-FAR = 300.0
-"""a or b at which the limits of a potential are read: det is e^(+-300), its square and root are within floats."""
-
-GROWTH = 0.05
-"""Relative growth of V from half of that to it beyond which V has no limit. A logarithm grows by 0.12, a tail 1/b by
-less than 0.01.
-"""
+from .shear_levels import Shear, ShearRates, bound_shear, closed_shear, limit
 
 SAMPLES = (np.linspace(-1.3, 1.1, 7)[:, None], np.linspace(0.15, 1.9, 5))
 """Values of a and b at which V(a, b) = V(a, 0) + V(0, b) - V(0, 0) is checked."""
@@ -37,9 +28,6 @@ SPLIT = 1e-9
 
 EQUAL = 1e-12
 """Largest relative change of a potential that does not depend on det."""
-
-MOST_SHOWN = 8
-"""Most weights k that the reason lists."""
 
 
 class AffineSpectrum(NamedTuple):
@@ -51,7 +39,7 @@ class AffineSpectrum(NamedTuple):
         Discrete levels, ascending, possibly none. n has the quantum numbers of a = ln det phi and of the shear b =
         ln(D1/D2). The constants are E_a and E_b; E_b has the term of l or of m.
     threshold : float
-        Lower end of the continuum of the class.
+        Lower end of the continuum of the class, inf without one. Limits of V are read at ``|a|`` and b = 300.
     error : float
         Error of the threshold.
     reason : str
@@ -62,14 +50,6 @@ class AffineSpectrum(NamedTuple):
     threshold: float
     error: float
     reason: str
-
-
-class _Rates(NamedTuple):
-    """Constants of H = -dilatation d^2/da^2 + shear L + rotor + V, each with hbar^2."""
-
-    dilatation: float
-    shear: float
-    rotor: float
 
 
 @inserts_parameters
@@ -111,15 +91,14 @@ def affine_spectrum(
 
     Notes
     -----
-    - H = -hbar^2/(I + A + 2 B) d^2/da^2 + V + hbar^2/(I + A) L + hbar^2 I/(2 (I^2 - A^2)) (l^2 for "left", m^2 for
-      "right"), the Laplacian of the invariant metric; I = 0 for "both". The measure is da sinh(b) db.
-    - L has a continuum from 1/4 on, and k (1 - k) with k = min(``|m|``, ``|l|``)/2 - n > 1/2 if m l < 0. With V_b the
-      radial equation is solved by Galerkin's method.
-    - Levels of the dilatation: `spectrum`. Without V_a it is free, and no level is discrete.
+    - H = -hbar^2/(I + A + 2 B) d^2/da^2 + hbar^2/(I + A) L + V, and hbar^2 I l^2/(2 (I^2 - A^2)) for "left", with m for
+      "right"; I = 0 for "both".
+    - L, the shear's part of the invariant Laplacian: a continuum from 1/4 on, and k (1 - k) with k = min(``|m|``,
+      ``|l|``)/2 - n > 1/2 if m l < 0. With V_b: Galerkin's method.
+    - Dilatation: `spectrum`. Without V_a it is free, and no level is discrete.
     - Without V_b infinitely many classes share a level: any m for "left", any l for "right".
-    - Levels above the threshold, here or of another class, stay discrete: a, m and l are conserved.
     - "both": unbounded below over all classes, because T has the signature (+++-).
-    - Limits of V are read at ln det = -300, 300 and b = 300.
+    - Levels above the threshold stay discrete because E_a, E_b, m and l are conserved.
 
     References
     ----------
@@ -142,24 +121,24 @@ def affine_spectrum(
     tolerance = positive("tolerance", tolerance)
     rates = _rates(parts, symmetry, action_quantum(hbar))
     held = _potential_of(model, parts)
-    shear = _closed_shear(rates, symmetry) if held is None else _bound_shear(held, rates, symmetry, count, tolerance)
+    shear = closed_shear(rates, symmetry) if held is None else bound_shear(held, rates, symmetry, count, tolerance)
     dilatation = _dilatation(parts) if parts.potential else None
     at_rest = sampled(dilatation.potential_energy, SAMPLES[0].ravel()) if dilatation else np.zeros(1)
     if np.ptp(at_rest) <= EQUAL * np.abs(at_rest).max():  # the dilatation is free, so its continuum begins at once
-        least = min([shear.bottom, *shear.E]) + float(at_rest[0])
+        least = float(min([shear.bottom, *shear.E]) + at_rest[0])
         reason = f"without a potential of det the dilatation is free, and no level is discrete; {shear.reason}."
         return AffineSpectrum(_levels(None, shear, symmetry, hbar), least, shear.slack(least), reason)
     found = spectrum(dilatation, count=count, hbar=hbar, tolerance=tolerance)
     bound = shear.bottom + float(found.E[0])
-    free = min(_limit(dilatation.potential_energy, side) for side in (-1, 1)) + min([shear.bottom, *shear.E])
-    threshold, error = (
-        (free, shear.slack(free)) if free < bound else (bound, float(found.error[0] + ROUNDING * abs(bound)))
-    )
-    error = error if np.isfinite(threshold) else 0.0
-    return AffineSpectrum(_levels(found, shear, symmetry, hbar), threshold, error, f"{shear.reason}.")
+    limits = [limit(dilatation.potential_energy, side) for side in (-1, 1)]
+    free = float(min(limits) + min([shear.bottom, *shear.E]))
+    threshold = min(free, bound)
+    error = shear.slack(free) if free < bound else float(found.error[0]) + ROUNDING * abs(bound)
+    levels = _levels(found, shear, symmetry, hbar)
+    return AffineSpectrum(levels, threshold, error if np.isfinite(threshold) else 0.0, f"{shear.reason}.")
 
 
-def _rates(parts: AffineParts, symmetry: SymmetryClass, hbar: float) -> _Rates:
+def _rates(parts: AffineParts, symmetry: SymmetryClass, hbar: float) -> ShearRates:
     """Return the constants of H; raises ValueError where the dilatation or the shear has a negative mass."""
     size = parts.I + parts.A
     whole_size = size + 2 * parts.B
@@ -167,7 +146,7 @@ def _rates(parts: AffineParts, symmetry: SymmetryClass, hbar: float) -> _Rates:
         raise ValueError(f"model must have I + A and I + A + 2 B positive, got {size:g} and {whole_size:g}")
     turn = {"left": symmetry.l, "right": symmetry.m, "both": 0}[parts.invariance]
     rotor = parts.I * turn**2 / (2 * size * (parts.I - parts.A)) if turn else 0.0
-    return _Rates(hbar**2 / whole_size, hbar**2 / size, hbar**2 * rotor)
+    return ShearRates(hbar**2 / size, hbar**2 * rotor)
 
 
 def _dilatation(parts: AffineParts) -> Any:
@@ -185,90 +164,6 @@ def _unused(name: str, taken: dict[str, float]) -> str:
     while name in taken:
         name += "_"
     return name
-
-
-class _Shear(NamedTuple):
-    """Levels of the shear with the rotor's term, their errors, status, method and size; the bottom of its continuum."""
-
-    E: np.ndarray
-    error: np.ndarray
-    converged: np.ndarray
-    bottom: float
-    method: str
-    size: int
-    reason: str
-
-    def slack(self, energy: float) -> float:
-        """Return the error of a threshold at an energy: that of the lowest level, and rounding."""
-        return float(self.error[0] if self.error.size else 0.0) + ROUNDING * abs(energy)
-
-
-def _closed_shear(rates: _Rates, symmetry: SymmetryClass) -> _Shear:
-    """Return the discrete series and the bottom of the principal series."""
-    k = series(symmetry)
-    parts = rates.shear * casimir(k)
-    reason = why_none(symmetry) or f"k = {', '.join(f'{one:g}' for one in k[:MOST_SHOWN])} of the discrete series"
-    return _Shear(
-        E=parts + rates.rotor,
-        error=ROUNDING * (np.abs(parts) + rates.rotor),
-        converged=np.ones(k.shape, bool),
-        bottom=rates.shear * BOTTOM + rates.rotor,
-        method="shear: discrete series of SL(2,R) in closed form",
-        size=0,
-        reason=f"shear: {reason}",
-    )
-
-
-class _ShearPotential(NamedTuple):
-    """V of the shear alone and the centrifugal terms of the shear operator L less their 1/b^2 part.
-
-    Source: `shear_series`, L with u = sqrt(sinh b) f; (b - 1/b^2) terms by `_curved`.
-    """
-
-    V: Callable[[Any], Any]
-    shear: float
-    alpha: float
-    beta: float
-
-    def value(self, b: Any) -> Any:
-        """Return V + shear (L - (beta^2 - 1/4)/b^2) at b."""
-        rest = BOTTOM - _curved(b) / 4 + self.beta**2 / 4 * _curved(b / 2) - self.alpha**2 / 4 * _squared_sech(b / 2)
-        return self.V(b) + self.shear * rest
-
-
-def _curved(x: np.ndarray) -> np.ndarray:
-    """Return 1/sinh(x)^2 - 1/x^2, accurate at small x."""
-    near = x < 0.3
-    y = np.where(near, x, 0.0) ** 2
-    small = -1 / 3 + y * (1 / 15 - y * (2 / 189 - y * (1 / 675 - y * (2 / 10395 - y * 1382 / 58046625))))
-    far = np.where(near, 1.0, x)
-    decay = np.exp(-far)
-    return np.where(near, small, (2 * decay / (1 - decay * decay)) ** 2 - 1 / far**2)
-
-
-def _squared_sech(x: np.ndarray) -> np.ndarray:
-    """Return 1/cosh(x)^2 without overflow."""
-    decay = np.exp(-np.abs(x))
-    return (2 * decay / (1 + decay * decay)) ** 2
-
-
-def _bound_shear(
-    held: Callable[[Any], Any], rates: _Rates, symmetry: SymmetryClass, count: int, tolerance: float
-) -> _Shear:
-    """Return the lowest levels of a shear with a potential, as a radial problem in two dimensions, b its radius."""
-    problem = _ShearPotential(held, rates.shear, symmetry.a, symmetry.b)
-    K = np.array([symmetry.b**2])
-    solved = radial("V_b", problem, 2, K, count, 1.0, 0.5 / rates.shear, tolerance)
-    E, error = solved.values[0], solved.error[0]
-    return _Shear(
-        E=E + rates.rotor,
-        error=error + ROUNDING * (np.abs(E) + rates.rotor),
-        converged=error <= tolerance * level_scale(E),
-        bottom=_limit(held, 1) + rates.shear * BOTTOM + rates.rotor,
-        method=f"shear: Galerkin in Jacobi polynomials with the exponents of the ends{solved.said}",
-        size=solved.size,
-        reason="shear: levels with the potential V_b",
-    )
 
 
 def _potential_of(model: Any, parts: AffineParts) -> Callable[[Any], Any] | None:
@@ -292,13 +187,7 @@ def _potential_of(model: Any, parts: AffineParts) -> Callable[[Any], Any] | None
     return None if np.ptp(values[2]) <= SPLIT * np.abs(values[2]).max() else lambda b: V(0 * b, b) - rest
 
 
-def _limit(V: Callable[[Any], Any], side: int) -> float:
-    """Return the limit of V at +-infinity, inf where it grows."""
-    near, half, far = (float(sampled(V, np.array([place]))[0]) for place in (0.0, side * FAR / 2, side * FAR))
-    return far if far - half <= GROWTH * max(abs(half - near), abs(far)) else np.inf
-
-
-def _levels(found: LevelTable | None, shear: _Shear, symmetry: SymmetryClass, hbar: float) -> LevelTable:
+def _levels(found: LevelTable | None, shear: Shear, symmetry: SymmetryClass, hbar: float) -> LevelTable:
     """Return all sums of levels of the dilatation and of the shear, ascending; none where the dilatation is free."""
     E_a, error_a, status_a = (np.empty(0), np.empty(0), np.empty(0, np.int64))
     if found is not None:
