@@ -654,7 +654,7 @@ ROWS = [
     (
         lambda: fa.quantum.affine_spectrum(BODY, m=0, l=0),
         TypeError,
-        "model must be an AffineBody, got Body of Hyperelastic",
+        "model must be an AffineBody, got Body. Use spectrum for other systems.",
     ),
     (
         lambda: fa.quantum.affine_spectrum(fa.models.AffineBody("both", A=0.5, B=-0.4), m=0, l=0),

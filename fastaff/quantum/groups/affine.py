@@ -115,7 +115,7 @@ def affine_spectrum(
     """
     parts = affine_parts(model)
     if parts is None:
-        raise TypeError(f"model must be an AffineBody, got {kind_of(model)}")
+        raise TypeError(f"model must be an AffineBody, got {kind_of(model)}. Use spectrum for other systems.")
     symmetry = checked_class(m, l)
     count = whole("count", count, 1)
     tolerance = positive("tolerance", tolerance)
