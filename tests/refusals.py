@@ -652,6 +652,11 @@ ROWS = [
         "m + l must be even, got m = 1, l = 0. Use single_valued=False for functions on the double cover.",
     ),
     (
+        lambda: fa.quantum.spectrum(fa.models.AffineBody(), m=0, l=0, count=2),
+        TypeError,
+        "model must be a Body, got an AffineBody. Use affine_spectrum(model, m=..., l=...) for its levels.",
+    ),
+    (
         lambda: fa.quantum.affine_spectrum(BODY, m=0, l=0),
         TypeError,
         "model must be an AffineBody, got Body. Use spectrum for other systems.",

@@ -122,7 +122,7 @@ def affine_spectrum(
     rates = _rates(parts, symmetry, action_quantum(hbar))
     held = _potential_of(model, parts)
     shear = closed_shear(rates, symmetry) if held is None else bound_shear(held, rates, symmetry, count, tolerance)
-    dilatation = _dilatation(parts) if parts.potential else None
+    dilatation: Any = _dilatation(parts) if parts.potential else None
     at_rest = sampled(dilatation.potential_energy, SAMPLES[0].ravel()) if dilatation else np.zeros(1)
     if np.ptp(at_rest) <= EQUAL * np.abs(at_rest).max():  # the dilatation is free, so its continuum begins at once
         least = float(min([shear.bottom, *shear.E]) + at_rest[0])
@@ -154,7 +154,7 @@ def _dilatation(parts: AffineParts) -> Any:
     taken = parts.parameters
     names = [_unused(name, taken) for name in ("a", "p_a", "mass")]
     potential = parts.of_dilatation(names[0])
-    given = {names[2]: parts.I + parts.A + 2 * parts.B, **taken}
+    given: dict[str, Any] = {names[2]: parts.I + parts.A + 2 * parts.B, **taken}
     text = f"{names[1]}**2/{names[2]} + ({potential})"
     return hamiltonian(text, coordinates=names[0], momenta=names[1], **given)
 

@@ -16,6 +16,7 @@ from ...results.calls import records_call
 from ...runs.interruptible import interruptible
 from ...runs.requirements import checked_system
 from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
+from ...systems.formulas.systems.bodies import affine_parts
 from ...systems.models import Body
 from ...systems.models.contracts import Dynamics
 from ...tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
@@ -38,6 +39,10 @@ P = ParamSpec("P")
 
 
 def _checked_body(model: Any) -> None:
+    if affine_parts(model) is not None:
+        raise TypeError(
+            "model must be a Body, got an AffineBody. Use affine_spectrum(model, m=..., l=...) for its levels."
+        )
     system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.isotropic:
         why = f". Use spectrum(model, count=..., hbar=...) for one to {COORDINATES} coordinates."

@@ -234,7 +234,7 @@ class AffineParts(NamedTuple):
 
 def affine_parts(model: Any) -> AffineParts | None:
     """Return the parts of an `AffineBody`, None for other models."""
-    text = getattr(model, "formula", None)
+    text: Any = getattr(model, "formula", None)
     rows = [getattr(model, name, ()) for name in ("coordinates", "momenta")]
     for invariance, system in AFFINE.items():
         own = isinstance(text, str) and (text == system.text or text.startswith(f"{system.text} + ("))
