@@ -38,11 +38,15 @@ NEAR = (1e-2, 1e-4, 1e-6)
 P = ParamSpec("P")
 
 
-def _checked_body(model: Any) -> None:
+def _refuse_affine(model: Any) -> None:
+    """Raise TypeError for a body with an affinely invariant kinetic energy, which has a function of its own."""
     if affine_parts(model) is not None:
         raise TypeError(
             "model must be a Body, got an AffineBody. Use affine_spectrum(model, m=..., l=...) for its levels."
         )
+
+
+def _checked_body(model: Any) -> None:
     system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.isotropic:
         why = f". Use spectrum(model, count=..., hbar=...) for one to {COORDINATES} coordinates."
@@ -58,6 +62,7 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
     def wrapped(*given: P.args, **named: P.kwargs) -> LevelTable:
         if given or "model" in named:
             body = given[0] if given else named["model"]
+            _refuse_affine(body)
             if not vibrates(body):
                 _checked_body(body)
                 missing = [name for name in ("m", "l") if named.get(name) is None]
