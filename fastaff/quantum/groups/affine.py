@@ -10,14 +10,12 @@ import numpy as np
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import kind_of, positive, shown, whole
 from ...core.status import Status
-from ...systems.formulas.formula import hamiltonian
 from ...systems.formulas.systems.bodies import AffineParts, affine_parts
 from ...systems.models.contracts import Dynamics
 from ..exact.exact_levels import ROUNDING
-from ..solvers.singular_ends import sampled
-from ..spectra.spectrum import spectrum
 from ..states.level_table import LevelTable
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
+from .dilatation import Dilatation, bound_dilatation
 from .shear_levels import Shear, ShearRates, bound_shear, closed_shear, limit
 
 SAMPLES = (np.linspace(-1.3, 1.1, 7)[:, None], np.linspace(0.15, 1.9, 5))
@@ -25,9 +23,6 @@ SAMPLES = (np.linspace(-1.3, 1.1, 7)[:, None], np.linspace(0.15, 1.9, 5))
 
 SPLIT = 1e-9
 """Largest difference there, relative to V: that of rounding."""
-
-EQUAL = 1e-12
-"""Largest relative change of a potential that does not depend on det."""
 
 
 class AffineSpectrum(NamedTuple):
@@ -95,7 +90,7 @@ def affine_spectrum(
       "right"; I = 0 for "both".
     - L, the shear's part of the invariant Laplacian: a continuum from 1/4 on, and k (1 - k) with k = min(``|m|``,
       ``|l|``)/2 - n > 1/2 if m l < 0. With V_b: Galerkin's method.
-    - Dilatation: `spectrum`. Without V_a it is free, and no level is discrete.
+    - Dilatation: Galerkin's method on the line. Without V_a it is free, and no level is discrete.
     - Without V_b infinitely many classes share a level: any m for "left", any l for "right".
     - "both": unbounded below over all classes, because T has the signature (+++-).
     - Levels above the threshold stay discrete because E_a, E_b, m and l are conserved.
@@ -119,19 +114,22 @@ def affine_spectrum(
     symmetry = checked_class(m, l)
     count = whole("count", count, 1)
     tolerance = positive("tolerance", tolerance)
-    rates = _rates(parts, symmetry, action_quantum(hbar))
-    held = _potential_of(model, parts)
-    shear = closed_shear(rates, symmetry) if held is None else bound_shear(held, rates, symmetry, count, tolerance)
-    dilatation: Any = _dilatation(parts) if parts.potential else None
-    at_rest = sampled(dilatation.potential_energy, SAMPLES[0].ravel()) if dilatation else np.zeros(1)
-    if np.ptp(at_rest) <= EQUAL * np.abs(at_rest).max():  # the dilatation is free, so its continuum begins at once
-        least = float(min([shear.bottom, *shear.E]) + at_rest[0])
+    hbar = action_quantum(hbar)
+    rates = _rates(parts, symmetry, hbar)
+    potentials = _potentials(model, parts)
+    if potentials.of_b is None:
+        shear = closed_shear(rates, symmetry)
+    else:
+        shear = bound_shear(potentials.of_b, rates, symmetry, count, tolerance)
+    least = float(min([shear.bottom, *shear.E]))
+    if potentials.of_a is None:
+        threshold = least + potentials.rest
         reason = f"without a potential of det the dilatation is free, and no level is discrete; {shear.reason}."
-        return AffineSpectrum(_levels(None, shear, symmetry, hbar), least, shear.slack(least), reason)
-    found = spectrum(dilatation, count=count, hbar=hbar, tolerance=tolerance)
+        return AffineSpectrum(_levels(None, shear, symmetry, hbar), threshold, shear.slack(threshold), reason)
+    mass = parts.I + parts.A + 2 * parts.B
+    found = bound_dilatation(potentials.of_a, mass, count, hbar, tolerance)
     bound = shear.bottom + float(found.E[0])
-    limits = [limit(dilatation.potential_energy, side) for side in (-1, 1)]
-    free = float(min(limits) + min([shear.bottom, *shear.E]))
+    free = min(limit(potentials.of_a, side) for side in (-1, 1)) + least
     threshold = min(free, bound)
     error = shear.slack(free) if free < bound else float(found.error[0]) + ROUNDING * abs(bound)
     levels = _levels(found, shear, symmetry, hbar)
@@ -149,29 +147,18 @@ def _rates(parts: AffineParts, symmetry: SymmetryClass, hbar: float) -> ShearRat
     return ShearRates(hbar**2 / size, hbar**2 * rotor)
 
 
-def _dilatation(parts: AffineParts) -> Any:
-    """Return the dilatation as a system: p^2/(I + A + 2 B) + V(e^a)."""
-    taken = parts.parameters
-    names = [_unused(name, taken) for name in ("a", "p_a", "mass")]
-    potential = parts.of_dilatation(names[0])
-    given: dict[str, Any] = {names[2]: parts.I + parts.A + 2 * parts.B, **taken}
-    text = f"{names[1]}**2/{names[2]} + ({potential})"
-    return hamiltonian(text, coordinates=names[0], momenta=names[1], **given)
+class _Potentials(NamedTuple):
+    """V(a, b) = V_a(a) + V_b(b) with V_b(0) = 0; None for a part that does not depend on its coordinate; V(0, 0)."""
+
+    of_a: Callable[[Any], Any] | None
+    of_b: Callable[[Any], Any] | None
+    rest: float
 
 
-def _unused(name: str, taken: dict[str, float]) -> str:
-    """Return a name that no parameter has."""
-    while name in taken:
-        name += "_"
-    return name
-
-
-def _potential_of(model: Any, parts: AffineParts) -> Callable[[Any], Any] | None:
-    """Return V of the shear at a = 0, less its value at b = 0, None where V depends on det alone; raises ValueError
-    where V is no sum of functions of det and of r/det.
-    """
-    if not parts.sheared:
-        return None
+def _potentials(model: Any, parts: AffineParts) -> _Potentials:
+    """Return the parts of the potential; raises ValueError where it is no sum of functions of det and of r/det."""
+    if not parts.potential:
+        return _Potentials(None, None, 0.0)
 
     def V(a: Any, b: Any) -> Any:
         with np.errstate(all="ignore"):
@@ -179,35 +166,41 @@ def _potential_of(model: Any, parts: AffineParts) -> Callable[[Any], Any] | None
             return model.energy(D1, 0.0, 0.0, D2, 0.0, 0.0, 0.0, 0.0)
 
     a, b = SAMPLES
-    values = [V(a + 0 * b, 0 * a + b), V(a, 0 * a), V(0 * b, b)]
-    rest = float(V(0.0, 0.0))
-    off = np.abs(values[0] - values[1] - values[2] + rest).max()
-    if not off <= SPLIT * max(np.abs(value).max() for value in values):
+    along_a, along_b, rest = V(a, 0 * a), V(0 * b, b), float(V(0.0, 0.0))
+    size = SPLIT * max(np.abs(along_a).max(), np.abs(along_b).max(), abs(rest))
+    if not np.abs(V(a + 0 * b, 0 * a + b) - along_a - along_b + rest).max() <= size:
         raise ValueError(f"model must have a potential V(det) + W(r/det), got {shown(parts.written(), 60)}")
-    return None if np.ptp(values[2]) <= SPLIT * np.abs(values[2]).max() else lambda b: V(0 * b, b) - rest
+    return _Potentials(
+        (lambda a: V(a, 0 * a)) if np.abs(along_a - rest).max() > size else None,
+        (lambda b: V(0 * b, b) - rest) if np.abs(along_b - rest).max() > size else None,
+        rest,
+    )
 
 
-def _levels(found: LevelTable | None, shear: Shear, symmetry: SymmetryClass, hbar: float) -> LevelTable:
+def _levels(found: Dilatation | None, shear: Shear, symmetry: SymmetryClass, hbar: float) -> LevelTable:
     """Return all sums of levels of the dilatation and of the shear, ascending; none where the dilatation is free."""
-    E_a, error_a, status_a = (np.empty(0), np.empty(0), np.empty(0, np.int64))
-    if found is not None:
-        E_a, error_a, status_a = found.E, found.error, found.status
-    n = np.indices((E_a.size, shear.E.size)).reshape(2, -1)
-    n = n[:, np.argsort(E_a[n[0]] + shear.E[n[1]], kind="stable")]
-    constants = np.array([E_a[n[0]], shear.E[n[1]]])
+    size, method = shear.size, shear.method
+    if found is None:
+        none = np.empty(0)
+        found = Dilatation(none, none, np.empty(0, bool), 0, "")
+    else:
+        size, method = max(size, found.size), f"{method}; dilatation: Galerkin in Jacobi polynomials{found.said}"
+    n = np.indices((found.E.size, shear.E.size)).reshape(2, -1)
+    n = n[:, np.argsort(found.E[n[0]] + shear.E[n[1]], kind="stable")]
+    constants = np.array([found.E[n[0]], shear.E[n[1]]])
     E = constants.sum(axis=0)
     m, l = (np.full(E.shape, number) for number in symmetry)
     return LevelTable(
         E=E,
-        error=error_a[n[0]] + shear.error[n[1]] + ROUNDING * np.abs(constants).sum(axis=0),
-        status=np.where(shear.converged[n[1]], status_a[n[0]], Status.NOT_CONVERGED),
+        error=found.error[n[0]] + shear.error[n[1]] + ROUNDING * np.abs(constants).sum(axis=0),
+        status=np.where(found.converged[n[0]] & shear.converged[n[1]], Status.OK, Status.NOT_CONVERGED),
         n=n,
         names=("a", "b"),
         m=m,
         l=l,
         constants=constants,
         constant_names=("E_a", "E_b"),
-        hbar=float(hbar),
-        method=f"{shear.method}; dilatation: {found.method}" if found is not None else shear.method,
-        functions=max(shear.size, found.functions if found is not None else 0),
+        hbar=hbar,
+        method=method,
+        functions=size,
     )

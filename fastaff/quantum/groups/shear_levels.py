@@ -9,7 +9,7 @@ import numpy as np
 
 from ..exact.exact_levels import ROUNDING
 from ..solvers.separable import radial
-from ..solvers.singular_ends import sampled
+from ..solvers.singular_ends import NoGroundState, sampled
 from ..states.level_table import level_scale
 from ..states.symmetry import SymmetryClass
 from .shear_series import BOTTOM, casimir, series, why_none
@@ -104,17 +104,26 @@ def bound_shear(
     """Return the lowest levels of a shear with a potential, as a radial problem in two dimensions, b its radius."""
     problem = _ShearPotential(held, rates.rate, symmetry.a, symmetry.b)
     K = np.array([symmetry.b**2])
-    solved = radial("V_b", problem, 2, K, count, 1.0, 0.5 / rates.rate, tolerance)
+    open_end = limit(held, 1) + rates.rate * BOTTOM
+    spare = spare_levels(open_end)
+    solved = radial("V of r/det", problem, 2, K, count, 1.0, 0.5 / rates.rate, tolerance, spare)
     E, error = solved.values[0], solved.error[0]
+    if not E[-1] < open_end:
+        raise NoGroundState(f"V of r/det binds fewer levels than count = {count}")
     return Shear(
         E=E + rates.rotor,
         error=error + ROUNDING * (np.abs(E) + rates.rotor),
         converged=error <= tolerance * level_scale(E),
-        bottom=limit(held, 1) + rates.rate * BOTTOM + rates.rotor,
+        bottom=open_end + rates.rotor,
         method=f"shear: Galerkin in Jacobi polynomials with the exponents of the ends{solved.said}",
         size=solved.size,
         reason="shear: levels with the potential V_b",
     )
+
+
+def spare_levels(open_end: float) -> int:
+    """Return how many levels more set the reach of a basis: none where V has a limit, which may bind no more."""
+    return 0 if np.isfinite(open_end) else 2
 
 
 def limit(V: Callable[[Any], Any], side: int) -> float:

@@ -213,17 +213,6 @@ class AffineParts(NamedTuple):
     potential: str
     parameters: dict[str, float]
 
-    @property
-    def sheared(self) -> bool:
-        """Whether the potential names r."""
-        return _OF_ELEMENTS["r"] in self.potential
-
-    def of_dilatation(self, name: str) -> str:
-        """Return the potential of D1 = D2, a formula in `name` = ln(det)."""
-        det, r = _OF_ELEMENTS.values()
-        text = self.potential.replace(r, f"(2*exp({name}))")
-        return text.replace(f"log({det})", f"({name})").replace(det, f"exp({name})")
-
     def written(self) -> str:
         """Return the potential as the user wrote it."""
         text = self.potential
