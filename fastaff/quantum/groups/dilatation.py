@@ -82,7 +82,7 @@ def bound_dilatation(V: Callable[[Any], Any], mass: float, count: int, hbar: flo
             break
         before = E
     if best is None:
-        raise failed or NoGroundState("V of det binds no level")
+        raise failed or too_few
     if not best.E[-1] < open_end:
         raise too_few
     return best

@@ -202,16 +202,13 @@ def AffineBody(
 
 
 class AffineParts(NamedTuple):
-    """Constants of an `AffineBody` (I = 0 for "both"), its potential in matrix elements, "" for none, and the
-    parameters of that.
-    """
+    """Constants of an `AffineBody` (I = 0 for "both") and its potential in matrix elements, "" for none."""
 
     invariance: str
     I: float
     A: float
     B: float
     potential: str
-    parameters: dict[str, float]
 
     def written(self) -> str:
         """Return the potential as the user wrote it."""
@@ -228,8 +225,6 @@ def affine_parts(model: Any) -> AffineParts | None:
     for invariance, system in AFFINE.items():
         own = isinstance(text, str) and (text == system.text or text.startswith(f"{system.text} + ("))
         if own and rows == [tuple(system.coordinates.split()), tuple(system.momenta.split())]:
-            fields = dict(model._asdict())
-            I, A, B = (float(fields.pop(name, 0.0)) for name in ("I", "A", "B"))
-            more = text[len(system.text) + len(" + (") : -1]
-            return AffineParts(invariance, I, A, B, more, fields)
+            I, A, B = (float(getattr(model, name, 0.0)) for name in ("I", "A", "B"))
+            return AffineParts(invariance, I, A, B, text[len(system.text) + len(" + (") : -1])
     return None
