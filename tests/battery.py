@@ -283,6 +283,16 @@ CALLS = {
     "exact_levels": (fa.quantum.exact_levels, {"model": HARMONIC, **NQ}),
     "exact_levels.max_energy": (fa.quantum.exact_levels, {"model": HARMONIC, "max_energy": 4.0}),
     "exact_levels.multiplets": (fa.quantum.exact_levels, {"model": HARMONIC, "multiplets": 4}),
+    "affine_spectrum": (
+        fa.quantum.affine_spectrum,
+        {"model": fa.models.AffineBody("both", A=1.0), "m": 4, "l": -2, "count": 1, "hbar": 1.0, "tolerance": 1e-8},
+    ),
+    "shear_factor": (fa.quantum.shear_factor, {"b": [0.1, 1.0], "n": 0, "m": 2, "l": -2}),
+    "unitary_levels": (fa.quantum.unitary_levels, {"k": 1, "j": 0.5, "inertia": 1.0, "c": 0.0, "hbar": 1.0}),
+    "unitary_levels.max_energy": (fa.quantum.unitary_levels, {"max_energy": 4.0}),
+    "unitary_levels.multiplets": (fa.quantum.unitary_levels, {"multiplets": 3}),
+    "unitary_wave": (fa.quantum.unitary_wave, {"q": [0.1, 0.2, 0.3, 0.4], "k": 1, "j": 0.5, "m": 1, "l": -1}),
+    "UnitaryBody": (fa.models.UnitaryBody, {"potential": "h*cos(Theta)", "inertia": 1.0, "c": 0.5, "h": 1.0}),
     "find_periodic_orbits": (
         fa.find_periodic_orbits,
         {"model": HH, "z0": Z4, "section": X, "max_crossings": 1, "scan_crossings": 8, "max_time": 60.0, **FIXED},
@@ -411,7 +421,17 @@ CONTAINERS = {
     *("Husimi", "Islands", "LevelDiagram", "LevelTable", "FrequencyLines", "MeanRatio", "Multiplets"),
     *("Orbits", "Packet", "PeriodicOrbits", "Quantizations", "Resonances", "Revivals", "Rotation", "EnergySample"),
     *("SectionMap", "SpacingFit", "State", "TangentMap", "TimeScales", "VibrationHusimi", "VibrationState"),
-    *("ActionAngles", "TorusFit", "AngleLines", "TuneSums", "Tunes", "ResonanceLine", "Classification", "Shares"),
+    *(
+        "ActionAngles",
+        "AffineSpectrum",
+        "TorusFit",
+        "AngleLines",
+        "TuneSums",
+        "Tunes",
+        "ResonanceLine",
+        "Classification",
+        "Shares",
+    ),
     *("Event", "Interrupted", "NoGroundState", "NotReached", "OrbitError", "Stability", "Status"),
 }
 """Results, which hold what a function put there, enumerations and exceptions."""

@@ -672,6 +672,36 @@ ROWS = [
         "m + l must be even, got m = 1, l = 0. Use single_valued=False for functions on the double cover.",
     ),
     (
+        lambda: fa.quantum.spectrum(fa.models.AffineBody(), m=0, l=0, count=2),
+        TypeError,
+        "model must be a Body, got an AffineBody. Use affine_spectrum(model, m=..., l=...) for its levels.",
+    ),
+    (
+        lambda: fa.quantum.affine_spectrum(BODY, m=0, l=0),
+        TypeError,
+        "model must be an AffineBody, got Body. Use spectrum for other systems.",
+    ),
+    (
+        lambda: fa.quantum.affine_spectrum(fa.models.AffineBody("both", A=0.5, B=-0.4), m=0, l=0),
+        ValueError,
+        "model must have I + A and I + A + 2 B positive, got 0.5 and -0.3",
+    ),
+    (
+        lambda: fa.quantum.unitary_levels(k=1, j=1),
+        ValueError,
+        "k + 2 j must be even, got k = 1, j = 1. (a + 2 pi, -u) and (a, u) are the same matrix.",
+    ),
+    (
+        lambda: fa.models.UnitaryBody(c=-1.5),
+        ValueError,
+        "c must be above -1, got -1.5. Elsewhere the metric of U(2) is not positive.",
+    ),
+    (
+        lambda: fa.quantum.shear_factor(1.0, n=0, m=2, l=2),
+        ValueError,
+        "n must be below the 0 discrete levels of m = 2, l = 2, got 0",
+    ),
+    (
         lambda: fa.quantum.spectrum(PLANE, m=0, l=0, count=3),
         ValueError,
         "m is for a Body alone, the system takes none: got m = 0",

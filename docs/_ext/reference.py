@@ -119,6 +119,7 @@ PAGES: dict[str, Page] = {
             "quantum": "spectrum all_levels exact_levels level_list spectrum_table wavefunction level_diagram "
             "class_diagram quasiclassical_levels quantizations coherent_packet number_packet "
             "projected_packet revivals husimi weyl_count polynomial_count count_deviation unfold "
+            "unitary_levels unitary_wave affine_spectrum AffineSpectrum shear_factor "
             "spacing_ratios mean_spacing_ratio number_variance fit_spacings LevelTable State VibrationState Packet "
             "Revivals TimeScales Multiplets LevelDiagram Quantizations Husimi VibrationHusimi BerryRobnik Brody "
             "SpacingFit MeanRatio NoGroundState BOHR_SOMMERFELD EBK GOE_RATIO POISSON_RATIO"

@@ -8,11 +8,25 @@ from .classical import CLASSICAL
 from .constants import CONSTANTS
 from .dynamics import DYNAMICS
 from .geometry import GEOMETRY
+from .groups import GROUPS
 from .metrics import METRICS
 from .quantum import QUANTUM
 from .section7 import SECTION7
 from .shear import SHEAR
 from .waves import WAVES
 
-CHAPTERS = (GEOMETRY, METRICS, DYNAMICS, CONSTANTS, CLASSICAL, ANHARMONIC, QUANTUM, SHEAR, WAVES, SECTION7, AFFINE)
+CHAPTERS = (
+    GEOMETRY,
+    METRICS,
+    DYNAMICS,
+    CONSTANTS,
+    CLASSICAL,
+    ANHARMONIC,
+    QUANTUM,
+    SHEAR,
+    WAVES,
+    SECTION7,
+    AFFINE,
+    GROUPS,
+)
 """The parts of the paper, in its order."""

@@ -368,6 +368,7 @@ ANALYSES = {
     "quasiclassical_levels": "quantum.exact.quasiclassical_levels",
     "spectrum": "quantum.spectra.spectrum",
     "tangent_map": "runs.tangent_map",
+    "unitary_levels": "quantum.groups.unitary",
 }
 """Modules of the public functions that keep their call with their result; a test holds that none is missing."""
 

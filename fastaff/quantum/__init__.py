@@ -16,6 +16,9 @@ from .exact.exact_levels import exact_levels
 from .exact.quantizations import Quantizations, quantizations
 from .exact.quasiclassical_levels import BOHR_SOMMERFELD, EBK, quasiclassical_levels
 from .exact.wavefunction import wavefunction
+from .groups.affine import AffineSpectrum, affine_spectrum
+from .groups.shear_series import shear_factor
+from .groups.unitary import unitary_levels, unitary_wave
 from .packets.coherent_packet import coherent_packet
 from .packets.number_packet import number_packet
 from .packets.packet import Packet
@@ -34,6 +37,7 @@ __all__ = [
     "EBK",
     "GOE_RATIO",
     "POISSON_RATIO",
+    "AffineSpectrum",
     "BerryRobnik",
     "Brody",
     "Husimi",
@@ -50,6 +54,7 @@ __all__ = [
     "TimeScales",
     "VibrationHusimi",
     "VibrationState",
+    "affine_spectrum",
     "all_levels",
     "class_diagram",
     "coherent_packet",
@@ -67,10 +72,13 @@ __all__ = [
     "quantizations",
     "quasiclassical_levels",
     "revivals",
+    "shear_factor",
     "spacing_ratios",
     "spectrum",
     "spectrum_table",
     "unfold",
+    "unitary_levels",
+    "unitary_wave",
     "wavefunction",
     "weyl_count",
 ]

@@ -39,6 +39,9 @@ PAULI = np.array([[[1, 0], [0, 1]], [[0, 1], [1, 0]], [[0, -1j], [1j, 0]], [[1, 
 TAU = np.concatenate([PAULI[:1] / 2, PAULI[1:] / 2j])
 TAU_TILDE = np.stack([TAU[0], 1j * TAU[1], TAU[2], 1j * TAU[3]]).real
 
+SMALL = 1e-4
+"""Size of x from which on 1 + x^2/6 is sinh(x)/x to round-off."""
+
 
 class Parametrization(NamedTuple):
     """Carry a product of four one-parameter subgroups, phi = exp(q0 e0) exp(q1 e1) exp(q2 e2) exp(q3 e3), as a value.
@@ -76,6 +79,18 @@ class Parametrization(NamedTuple):
         tangents = self.tangents(q)
         return np.stack([omega(phi, t) for t in tangents]), np.stack([omega_hat(phi, t) for t in tangents])
 
+    def geodesic(self, q: Any, velocity: Any, t: Any) -> np.ndarray:
+        """Compute phi(t) (2, 2, ...) of free motion with a two-sided invariant metric, from q and dq/dt (4, ...).
+
+        t: times, broadcast against the orbits.  Raises TypeError or ValueError for other input.
+        Formula: phi(t) = exp(Omega t) phi(0), Omega = (dphi/dt) phi^-1, for every c of the metric. It holds for
+        AFFINE_BODY and UNITARY, not for R+SU(2), whose metric the dilatations multiply.  Source: EQ6.16, EQ6.22;
+        derived.
+        """
+        start = self.matrix(q)
+        rates = np.einsum("k...,kij...->ij...", _coordinates(velocity), self.tangents(q))
+        return _product(one_parameter_group(omega(start, rates), t), start)
+
     def _factors(self, q: np.ndarray) -> list[np.ndarray]:
         return [exponential(generator, t) for generator, t in zip(self.generators, q)]
 
@@ -99,6 +114,26 @@ def exponential(generator: np.ndarray, t: Any) -> np.ndarray:
     compact = square[0, 0].real < 0
     even, odd = (np.cos, np.sin) if compact else (np.cosh, np.sinh)
     return np.multiply.outer(np.eye(2), even(parameter / 2)) + np.multiply.outer(2 * e, odd(parameter / 2))
+
+
+def one_parameter_group(W: Any, t: Any) -> np.ndarray:
+    """Compute exp(W t) (2, 2, ...) of any W (2, 2, ...), real or complex, at times t, broadcast against the rest.
+
+    Raises TypeError or ValueError for other input.
+    Formula: W = w + N with Tr N = 0 and N^2 = s^2: e^(w t) (cosh(s t) + (sinh(s t)/s) N).  Source: derived.
+    """
+    generator = _matrices("W", W)
+    time = checked("t", t, ())
+    mean = (generator[0, 0] + generator[1, 1]) / 2
+    unit = np.eye(2).reshape(2, 2, *(1,) * (generator.ndim - 2))
+    rest = generator - mean * unit
+    angle = np.sqrt(-(rest[0, 0] * rest[1, 1] - rest[0, 1] * rest[1, 0]) + 0j) * time
+    small = np.abs(angle) < SMALL
+    ratio = np.where(small, 1 + angle**2 / 6, np.sinh(angle) / np.where(small, 1, angle))
+    rest = rest.reshape(2, 2, *(1,) * (angle.ndim - mean.ndim), *mean.shape)
+    unit = np.eye(2).reshape(2, 2, *(1,) * angle.ndim)
+    found = np.exp(mean * time) * (np.cosh(angle) * unit + time * ratio * rest)
+    return found if np.iscomplexobj(generator) else found.real
 
 
 AFFINE_BODY = Parametrization("GL+(2,R)", ("a", "Phi", "b", "Psi"), TAU_TILDE[[0, 2, 3, 2]])

@@ -46,7 +46,7 @@ LISTED = (fastaff.runs, fastaff.frequencies, fastaff.sections, fastaff.chaos, fa
 """Parts with lists of results."""
 ROOMS = {
     "systems": ("charts", "models", "formulas", "kinematics", "invariant_metrics", "molecules"),
-    "quantum": ("kernels", "states", "exact", "solvers", "spectra", "packets", "chaos", "reference"),
+    "quantum": ("kernels", "states", "exact", "solvers", "spectra", "packets", "chaos", "reference", "groups"),
 }
 """Folders and modules within a part, in the same order."""
 HEAVY = {"zarr", "xarray", "distributed", "scipy", "matplotlib", "sympy", "pandas", "cyclopts", "rich", "IPython"}
@@ -465,7 +465,7 @@ def test_public_functions_say_what_they_raise_and_take(name, function):
     for parameter in inspect.signature(function).parameters:
         assert parameter in function.__doc__ or parameter in shared, parameter
     kinds = {p.kind for p in inspect.signature(function).parameters.values()}
-    of_text = ("affine_body", "hamiltonian", "iterated_map", "ode", "AffineBody", "TwoPolarBody")
+    of_text = ("affine_body", "hamiltonian", "iterated_map", "ode", "AffineBody", "TwoPolarBody", "UnitaryBody")
     own = (*of_text, "load", "save")  # parameters of a formula, of a file
     assert inspect.Parameter.VAR_KEYWORD not in kinds or name in own
 

@@ -16,6 +16,7 @@ from ...results.calls import records_call
 from ...runs.interruptible import interruptible
 from ...runs.requirements import checked_system
 from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
+from ...systems.formulas.systems.bodies import affine_parts
 from ...systems.models import Body
 from ...systems.models.contracts import Dynamics
 from ...tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
@@ -37,6 +38,14 @@ NEAR = (1e-2, 1e-4, 1e-6)
 P = ParamSpec("P")
 
 
+def _refuse_affine(model: Any) -> None:
+    """Raise TypeError for a body with an affinely invariant kinetic energy, which has a function of its own."""
+    if affine_parts(model) is not None:
+        raise TypeError(
+            "model must be a Body, got an AffineBody. Use affine_spectrum(model, m=..., l=...) for its levels."
+        )
+
+
 def _checked_body(model: Any) -> None:
     system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.isotropic:
@@ -53,6 +62,7 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
     def wrapped(*given: P.args, **named: P.kwargs) -> LevelTable:
         if given or "model" in named:
             body = given[0] if given else named["model"]
+            _refuse_affine(body)
             if not vibrates(body):
                 _checked_body(body)
                 missing = [name for name in ("m", "l") if named.get(name) is None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -110,6 +110,9 @@ def _of_affine(model: Any, z: np.ndarray) -> dict[str, Any]:
     return found
 
 
+_OF_ELEMENTS = {"det": "(x*u - y*z)", "r": "(x**2 + y**2 + z**2 + u**2)"}
+"""Variables of a potential, in matrix elements."""
+
 AFFINE = {
     invariance: NamedSystem(_kinetic(spin, invariance), "x y z u", "p_x p_y p_z p_u", "", _of_affine)
     for invariance, spin in (("left", _BODY_SPIN), ("right", _SPIN), ("both", _SPIN))
@@ -194,6 +197,34 @@ def AffineBody(
     more = ""
     if potential is not None:
         parse(potential, ("det", "r"), parameters, argument="potential")
-        of_elements = {"det": "(x*u - y*z)", "r": "(x**2 + y**2 + z**2 + u**2)"}
-        more = re.sub(r"\b(det|r)\b", lambda found: of_elements[found[0]], potential)
+        more = re.sub(r"\b(det|r)\b", lambda found: _OF_ELEMENTS[found[0]], potential)
     return AFFINE[invariance].made({**constants, **parameters}, more)
+
+
+class AffineParts(NamedTuple):
+    """Constants of an `AffineBody` (I = 0 for "both") and its potential in matrix elements, "" for none."""
+
+    invariance: str
+    I: float
+    A: float
+    B: float
+    potential: str
+
+    def written(self) -> str:
+        """Return the potential as the user wrote it."""
+        text = self.potential
+        for variable, elements in _OF_ELEMENTS.items():
+            text = text.replace(elements, variable)
+        return text
+
+
+def affine_parts(model: Any) -> AffineParts | None:
+    """Return the parts of an `AffineBody`, None for other models."""
+    text: Any = getattr(model, "formula", None)
+    rows = [getattr(model, name, ()) for name in ("coordinates", "momenta")]
+    for invariance, system in AFFINE.items():
+        own = isinstance(text, str) and (text == system.text or text.startswith(f"{system.text} + ("))
+        if own and rows == [tuple(system.coordinates.split()), tuple(system.momenta.split())]:
+            I, A, B = (float(getattr(model, name, 0.0)) for name in ("I", "A", "B"))
+            return AffineParts(invariance, I, A, B, text[len(system.text) + len(" + (") : -1])
+    return None
