@@ -4,10 +4,13 @@ from typing import Any
 
 from ...core.identity import tell_apart
 from .body import Body, HenonHeiles
+from .body3 import Body3
 from .double_pendulum import DoublePendulum
+from .ellipsoid_gravity import SelfGravity
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, univariate
 from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
+from .potentials3 import GasCloud, MooneyRivlin3, NeoHookean3, Ogden3, Sum3
 from .reduction import ReducedBody, reduced_body
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
@@ -15,28 +18,35 @@ __all__ = [
     "Anharmonic",
     "Barriers",
     "Body",
+    "Body3",
     "CosOscillator",
     "CoshOscillator",
     "Cosine",
     "DoublePendulum",
     "FroeschleMap",
+    "GasCloud",
     "Harmonic",
     "HeavyTop",
     "HenonHeiles",
     "HenonMap",
     "Hyperelastic",
     "McMillanMap",
+    "MooneyRivlin3",
     "NeoHookean",
+    "NeoHookean3",
+    "Ogden3",
     "OneTurnMap",
     "Oscillator",
     "ReducedBody",
     "Secant",
+    "SelfGravity",
     "SeparableAlphaBeta",
     "SeparableElliptic",
     "SeparableRVartheta",
     "Spring",
     "StackelBody",
     "StandardMap",
+    "Sum3",
     "Zero",
     "reduced_body",
     "univariate",
