@@ -7,11 +7,13 @@ from .body import Body, HenonHeiles
 from .body3 import Body3
 from .double_pendulum import DoublePendulum
 from .ellipsoid_gravity import SelfGravity
+from .equilibria3 import RelativeEquilibrium, relative_equilibrium, riemann_ellipsoid
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, univariate
 from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
 from .potentials3 import GasCloud, MooneyRivlin3, NeoHookean3, Ogden3, Sum3
 from .reduction import ReducedBody, reduced_body
+from .reduction3 import ReducedBody3, reduced_body3
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
 __all__ = [
@@ -38,6 +40,8 @@ __all__ = [
     "OneTurnMap",
     "Oscillator",
     "ReducedBody",
+    "ReducedBody3",
+    "RelativeEquilibrium",
     "Secant",
     "SelfGravity",
     "SeparableAlphaBeta",
@@ -49,6 +53,9 @@ __all__ = [
     "Sum3",
     "Zero",
     "reduced_body",
+    "reduced_body3",
+    "relative_equilibrium",
+    "riemann_ellipsoid",
     "univariate",
 ]
 

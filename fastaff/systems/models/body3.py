@@ -6,6 +6,8 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import shown
 from .matrix_potentials import MATRIX_METHODS
@@ -153,6 +155,29 @@ class Body3(NamedTuple):
         """
         return self.potential.matrix_margin(x1, x2, x3, y1, y2, y3, z1, z2, z3)
 
+    def constants(self, z):
+        """Return the constants of motion.
+
+        Parameters
+        ----------
+        z : array_like, shape (18, ...)
+            Phase points.
+
+        Returns
+        -------
+        dict of ndarray
+            energy, spin_x, spin_y, spin_z (about axes in space), vorticity_1, vorticity_2, vorticity_3 (about axes in
+            the body).
+        """
+        z = np.asarray(z, dtype=np.float64)
+        phi = z[:9].reshape(3, 3, *z.shape[1:])
+        p = z[9:].reshape(3, 3, *z.shape[1:])
+        spin = np.cross(phi, p, axis=0).sum(axis=1)
+        vorticity = np.cross(phi, p, axis=1).sum(axis=0)
+        found = {"energy": self.kinetic_energy(*z[9:]) + self.potential_energy(*z[:9])}
+        found |= {f"spin_{axis}": row for axis, row in zip("xyz", spin, strict=True)}
+        return found | {f"vorticity_{axis}": row for axis, row in zip("123", vorticity, strict=True)}
+
 
 def _refusing(made: Callable[..., Body3]) -> Callable[..., Body3]:
     """Let the maker of bodies refuse a potential of other variables."""
@@ -162,7 +187,8 @@ def _refusing(made: Callable[..., Body3]) -> Callable[..., Body3]:
         potential = given[1] if len(given) > 1 else named.get("potential")
         if (len(given) > 1 or "potential" in named) and not is_of_matrices(potential):
             raise TypeError(
-                f"potential must be a potential of 3x3 matrices such as fa.models.GasCloud(), got {shown(potential, 40)}"
+                "potential must be a potential of 3x3 matrices such as fa.models.GasCloud(), got "
+                f"{shown(potential, 40)}."
             )
         return made(*given, **named)
 

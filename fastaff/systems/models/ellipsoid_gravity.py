@@ -1,9 +1,10 @@
 """The self-gravity of a homogeneous ellipsoid, by the symmetric elliptic integrals of its squared stretches.
 
-V = -k R_F(D1^2, D2^2, D3^2) with Carlson's R_F = 1/2 int_0^inf P^(-1/2) ds and P = s^3 + I1 s^2 + I2 s + J^2. The
-integrals K_n = int s^n P^(-3/2) ds give everything: V_I1 = k K_2/4, V_I2 = k K_1/4, V_(J^2) = k K_0/4 and, since R_F has
-the degree -1/2, R_F = (I1 K_2 + 2 I2 K_1 + 3 J^2 K_0)/2, a sum of positive terms. They depend on the invariants alone,
-so that nothing cancels where axes coincide; R_D = (3/2)(K_2 + (y + z) K_1 + y z K_0) for R_D(y, z, x).
+V = -k R_F(D1^2, D2^2, D3^2) with Carlson's R_F = 1/2 int_0^inf P^(-1/2) ds and P = s^3 + I1 s^2 + I2 s + J^2. All
+derivatives are integrals K_n = int s^n P^(-3/2) ds: V_I1 = k K_2/4, V_I2 = k K_1/4, V_(J^2) = k K_0/4. R_F has the
+degree -1/2, so that R_F = (I1 K_2 + 2 I2 K_1 + 3 J^2 K_0)/2, a sum of positive terms. They depend on the invariants
+alone: nothing cancels where axes coincide. Carlson's second integral is R_D(y, z, x) = 3/2 (K_2 + (y + z) K_1 + y z
+K_0).
 """
 
 from __future__ import annotations
