@@ -64,6 +64,8 @@ tell_apart(__name__, "angles", "regular_variables", "sections")
 
 def __getattr__(name: str) -> Any:
     """Load a named system: it is a text, and `fastaff.formulas`, a higher layer, makes models of texts."""
+    if name == "formula3":
+        return _formulas("formula3").formula3
     found = _systems().get(name) if name[:1].isupper() else None
     if found is None:
         from ...core.names import did_you_mean
@@ -74,11 +76,16 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """List the public names, with those of named systems."""
-    return sorted([*__all__, *_systems()])
+    return sorted([*__all__, "formula3", *_systems()])
 
 
 def _systems() -> dict[str, Any]:
+    systems: dict[str, Any] = _formulas("systems").SYSTEMS
+    return systems
+
+
+def _formulas(name: str) -> Any:
+    """Return a module of `fastaff.formulas`."""
     from ...core.interruption import imported
 
-    systems: dict[str, Any] = imported("..formulas.systems", __package__).SYSTEMS
-    return systems
+    return imported(f"..formulas.{name}", __package__)

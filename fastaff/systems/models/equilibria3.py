@@ -20,9 +20,9 @@ from .body3 import Body3
 STEADY = 1e-9
 """Largest residual of a steady motion, relative to the forces in it."""
 
-GROWTH = 3e-4
-"""Growth rate, relative to the fastest frequency, that counts as unstable. Conserved spin and vorticity make zero
-eigenvalues of multiplicity up to 4, which round-off moves by its fourth root, 1e-4.
+GROWTH = 1e-5
+"""Growth rate, relative to the fastest frequency, that counts as unstable. Conserved spin and vorticity make double
+eigenvalues 0, which round-off moves by its root: up to 3e-8 for random steady motions.
 """
 
 SIZES = np.geomspace(1e-3, 1e3, 121)
@@ -82,7 +82,7 @@ class RelativeEquilibrium(NamedTuple):
 
     @property
     def stable(self) -> bool:
-        """Whether no small deviation grows exponentially, to 3e-4 of the fastest frequency."""
+        """Whether no small deviation grows exponentially, to 1e-5 of the fastest frequency."""
         return bool(self.growth <= GROWTH * np.abs(self.exponents).max())
 
     @property
@@ -105,8 +105,8 @@ def riemann_ellipsoid(model: Body3, a2: float, a3: float | None = None) -> Relat
     Returns
     -------
     RelativeEquilibrium
-        Steady motion with omega >= abs(circulation). Its adjoint exchanges them. If a2 = 1, the spheroid rotates rigidly, as
-        a Maclaurin spheroid.
+        Steady motion with omega >= abs(circulation). Its adjoint exchanges them. If a2 = 1, the spheroid rotates
+        rigidly, as a Maclaurin spheroid.
 
     Raises
     ------
@@ -180,8 +180,7 @@ def relative_equilibrium(
 
     Notes
     -----
-    * Method: Levenberg and Marquardt's for the nine equations in D, omega and circulation. Components that are 0 stay 0
-      if the equations are even in them.
+    * Method: Levenberg and Marquardt's for the nine equations in D, omega and circulation.
     * Accuracy: the residual is below 1e-9 of the forces, usually at round-off.
 
     References
