@@ -40,7 +40,7 @@ class FormulaInvariants3(NamedTuple):
     Parameters
     ----------
     law : model
-        V(I1, I2, J) and its derivatives, with the parameters as fields.
+        V(I1, I2, I3, J) with I3 = J^2, and its derivatives, with the parameters as fields.
 
     References
     ----------
@@ -71,7 +71,7 @@ class FormulaInvariants3(NamedTuple):
         float or ndarray
             V, an energy.
         """
-        return self.law.potential_energy(I1, I2, J)
+        return self.law.potential_energy(I1, I2, J * J, J)
 
     def slopes(self, I1, I2, J):
         """Return the first derivatives of V.
@@ -85,8 +85,8 @@ class FormulaInvariants3(NamedTuple):
         tuple of float or ndarray
             Derivatives with respect to I1, I2 and J.
         """
-        f1, f2, f3 = self.law.force(I1, I2, J)
-        return -f1, -f2, -f3
+        f1, f2, f3, f = self.law.force(I1, I2, J * J, J)
+        return -f1, -f2, -f - 2 * J * f3
 
     def changes(self, I1, I2, J, dI1, dI2, dJ):
         """Return the change of the slopes along a vector.
@@ -101,8 +101,9 @@ class FormulaInvariants3(NamedTuple):
         tuple of float or ndarray
             Changes of the derivatives with respect to I1, I2 and J.
         """
-        f1, f2, f3 = self.law.tangent_force(I1, I2, J, dI1, dI2, dJ)
-        return -f1, -f2, -f3
+        _, _, f3, _ = self.law.force(I1, I2, J * J, J)
+        d1, d2, d3, d = self.law.tangent_force(I1, I2, J * J, J, dI1, dI2, 2 * J * dJ, dJ)
+        return -d1, -d2, -d - 2 * (J * d3 + f3 * dJ)
 
     def margin(self, I1, I2, J):
         """Return a number that is positive inside the domain.
@@ -116,7 +117,7 @@ class FormulaInvariants3(NamedTuple):
         float or ndarray
             Margin of the formula.
         """
-        return self.law.margin(I1, I2, J)
+        return self.law.margin(I1, I2, J * J, J)
 
 
 @of_stretches
@@ -207,9 +208,7 @@ class FormulaStretches3(NamedTuple):
 
 
 @inserts_parameters
-def formula3(
-    text: str, /, *, domain: str | None = None, **parameters: float
-) -> FormulaInvariants3 | FormulaStretches3:
+def formula3(text: str, /, *, domain: str | None = None, **parameters: float) -> FormulaInvariants3 | FormulaStretches3:
     """Make a potential of the body in space from a formula of V.
 
     All derivatives are exact.
@@ -269,8 +268,7 @@ def formula3(
         return FormulaStretches3(law)
     if domain is None and names & {"J", "I3"}:
         domain = "J"
-    whole, bound = (_replaced(part, {"I3": "(J**2)"}) for part in (written, domain))
-    return FormulaInvariants3(hamiltonian(whole, coordinates=("I1", "I2", "J"), domain=bound, **parameters))
+    return FormulaInvariants3(hamiltonian(written, coordinates=INVARIANTS, domain=domain, **parameters))
 
 
 def _replaced(text: str | None, by: dict[str, str]) -> Any:

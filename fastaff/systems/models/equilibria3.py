@@ -210,7 +210,7 @@ def relative_equilibrium(
         raise ValueError(f"D must be inside the domain of the potential, got {shown(guess[:3].tolist(), 40)}.")
     found = least_squares(equations, guess, xtol=1e-15, ftol=1e-15, gtol=1e-15, method="lm").x
     residual, scale = _residual(model, found[:3], found[3:6], found[6:])
-    if not np.abs(residual).max() <= STEADY * scale:
+    if not (np.abs(residual).max() <= STEADY * scale and found[:3].min() > 0):
         raise ValueError("D, omega and circulation must be near a steady motion. Try another guess.")
     return _found(model, found[:3], found[3:6], found[6:])
 
