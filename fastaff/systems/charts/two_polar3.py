@@ -7,7 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.arrays import Array, at_orbit, first
+from ...core.arrays import Array, at_orbit, checked, first
+
+
+LARGEST = 1e150
+"""Largest element of a phase point: beyond it spin and vorticity overflow."""
 
 
 class TwoPolar3(NamedTuple):
@@ -15,10 +19,12 @@ class TwoPolar3(NamedTuple):
 
     Parameters
     ----------
-    L, R : ndarray, shape (3, 3, ...)
-        Rotations of the principal axes in space and in the body, with determinant 1.
+    L : ndarray, shape (3, 3, ...)
+        Rotation of the principal axes in space, with determinant 1.
     D : ndarray, shape (3, ...)
         Stretches, D1 >= D2 >= abs(D3). D3 has the sign of det phi.
+    R : ndarray, shape (3, 3, ...)
+        Rotation of the principal axes in the body, with determinant 1.
     p : ndarray, shape (3, ...)
         Momenta of the stretches.
     spin : ndarray, shape (3, ...)
@@ -101,20 +107,27 @@ def two_polar3(z: ArrayLike) -> TwoPolar3:
 
 
 def from_two_polar3(
-    L: ArrayLike, D: ArrayLike, R: ArrayLike, p: ArrayLike, spin: ArrayLike = 0.0, vorticity: ArrayLike = 0.0
+    L: ArrayLike,
+    D: ArrayLike,
+    R: ArrayLike,
+    p: ArrayLike,
+    spin: ArrayLike = (0.0, 0.0, 0.0),
+    vorticity: ArrayLike = (0.0, 0.0, 0.0),
 ) -> np.ndarray:
     """Return phase points of the body in space from their two-polar form.
 
     Parameters
     ----------
-    L, R : array_like, shape (3, 3, ...)
-        Rotations of the principal axes in space and in the body.
+    L : array_like, shape (3, 3, ...)
+        Rotation of the principal axes in space.
     D : array_like, shape (3, ...)
         Stretches, of any order and sign.
+    R : array_like, shape (3, 3, ...)
+        Rotation of the principal axes in the body.
     p : array_like, shape (3, ...)
         Momenta of the stretches.
-    spin, vorticity : array_like, shape (3, ...), default 0
-        Spin about the axes in space and vorticity about the axes in the body.
+    spin, vorticity : array_like, shape (3, ...), optional
+        Spin about the axes in space and vorticity about the axes in the body. Default: 0.
 
     Returns
     -------
@@ -143,12 +156,15 @@ def from_two_polar3(
     >>> fa.charts.two_polar3(z).spin.round(12)
     array([0., 0., 1.])
     """
-    left, right = _rotation("L", L), _rotation("R", R)
-    D, own = _vector("D", D), _vector("p", p)
-    turning, curling = _vector("spin", spin), _vector("vorticity", vorticity)
+    left = _rotation("L", L)
+    right = _rotation("R", R)
+    D = checked("D", D, (3,))
+    own = checked("p", p, (3,))
+    turning = checked("spin", spin, (3,))
+    curling = checked("vorticity", vorticity, (3,))
+    shape = _common({"L": left[0], "R": right[0], "D": D, "p": own, "spin": turning, "vorticity": curling})
     S = np.einsum("ia...,i...->a...", left, turning)
     K = np.einsum("ia...,i...->a...", right, curling)
-    shape = np.broadcast_shapes(left.shape[2:], right.shape[2:], D.shape[1:], own.shape[1:], S.shape[1:], K.shape[1:])
     inside = np.zeros((3, 3, *shape))
     diagonal = np.zeros((3, 3, *shape))
     for k in range(3):
@@ -168,11 +184,9 @@ def from_two_polar3(
 
 def _matrices(z: ArrayLike) -> tuple[Array, Array]:
     """Return phi and p (3, 3, ...) of phase points."""
-    rows = np.asarray(z, dtype=np.float64)
-    if rows.ndim < 1 or len(rows) != 18:
-        raise ValueError(f"z must have 18 rows, got shape {rows.shape}.")
-    if not np.isfinite(rows).all():
-        raise ValueError("z must be finite, got infinite numbers or NaN.")
+    rows = checked("z", z, (18,))
+    if rows.size and np.abs(rows).max() > LARGEST:
+        raise ValueError(f"z must be at most {LARGEST:g} in size, got {np.abs(rows).max():g}.")
     return rows[:9].reshape(3, 3, *rows.shape[1:]), rows[9:].reshape(3, 3, *rows.shape[1:])
 
 
@@ -185,9 +199,7 @@ def _signed(signs: Array, determinant: Array) -> Array:
 
 def _rotation(name: str, given: ArrayLike) -> Array:
     """Return rotations (3, 3, ...)."""
-    matrix = np.asarray(given, dtype=np.float64)
-    if matrix.shape[:2] != (3, 3):
-        raise ValueError(f"{name} must have shape (3, 3, ...), got {matrix.shape}.")
+    matrix = checked(name, given, (3, 3))
     product = np.einsum("ia...,ib...->ab...", matrix, matrix)
     unit = np.eye(3).reshape(3, 3, *(1,) * (matrix.ndim - 2))
     turned = np.linalg.det(np.moveaxis(matrix, (0, 1), (-2, -1))) > 0
@@ -196,10 +208,14 @@ def _rotation(name: str, given: ArrayLike) -> Array:
     return matrix
 
 
-def _vector(name: str, given: ArrayLike) -> Array:
-    """Return vectors (3, ...), one number for all components."""
-    vector = np.asarray(given, dtype=np.float64)
-    vector = np.full(3, vector) if vector.ndim == 0 else vector
-    if vector.shape[0] != 3 or not np.isfinite(vector).all():
-        raise ValueError(f"{name} must have shape (3, ...) and be finite, got shape {vector.shape}.")
-    return vector
+def _common(given: dict[str, Array]) -> tuple[int, ...]:
+    """Return the shape (...) of all arguments (3, ...) together."""
+    shape: tuple[int, ...] = ()
+    for name, vector in given.items():
+        try:
+            shape = np.broadcast_shapes(shape, vector.shape[1:])
+        except ValueError:
+            raise ValueError(
+                f"{name} must be of as many orbits as the others, {shape}, got {vector.shape[1:]}."
+            ) from None
+    return shape

@@ -254,7 +254,7 @@ def formula3(text: str, /, *, domain: str | None = None, **parameters: float) ->
     --------
     >>> potential = fa.models.formula3("C*I1/2 + J**-p", C=1.0, p=1.0)
     >>> fa.models.Body3(potential).potential_energy(1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0)
-    3.5
+    np.float64(3.5)
     """
     written = text_of(text)
     program = parse(written, (*STRETCHES, *INVARIANTS), parameters)

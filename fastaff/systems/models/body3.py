@@ -166,8 +166,8 @@ class Body3(NamedTuple):
         Returns
         -------
         dict of ndarray
-            energy, spin_x, spin_y, spin_z (about axes in space), vorticity_1, vorticity_2, vorticity_3 (about axes in
-            the body).
+            Values by name: energy; spin_x, spin_y, spin_z about axes in space; vorticity_1, vorticity_2, vorticity_3
+            about axes in the body.
         """
         z = np.asarray(z, dtype=np.float64)
         phi = z[:9].reshape(3, 3, *z.shape[1:])

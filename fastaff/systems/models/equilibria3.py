@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.arrays import Array
+from ...core.arrays import Array, checked
 from ...core.numbers import positive, shown
 from .body3 import Body3
 
@@ -24,6 +24,9 @@ GROWTH = 1e-5
 """Growth rate, relative to the fastest frequency, that counts as unstable. Conserved spin and vorticity make double
 eigenvalues 0, which round-off moves by its root: up to 3e-8 for random steady motions.
 """
+
+LARGEST = 1e30
+"""Largest stretch or rate of a guess: beyond it the equations overflow."""
 
 SIZES = np.geomspace(1e-3, 1e3, 121)
 """Sizes of an ellipsoid among which its equilibrium is sought, relative to the undeformed body."""
@@ -207,7 +210,9 @@ def relative_equilibrium(
     with np.errstate(all="ignore"):
         inside = model.potential.stretch_margin(*guess[:3]) > 0
     if not inside:
-        raise ValueError(f"D must be inside the domain of the potential, got {shown(guess[:3].tolist(), 40)}.")
+        raise ValueError(
+            f"D must be positive and inside the domain of the potential, got {shown(guess[:3].tolist(), 40)}."
+        )
     found = least_squares(equations, guess, xtol=1e-15, ftol=1e-15, gtol=1e-15, method="lm").x
     residual, scale = _residual(model, found[:3], found[3:6], found[6:])
     if not (np.abs(residual).max() <= STEADY * scale and found[:3].min() > 0):
@@ -222,9 +227,11 @@ def _check_body(model: Any) -> None:
 
 def _three(name: str, given: Any) -> Array:
     """Return three finite numbers."""
-    vector = np.asarray(given, dtype=np.float64)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise ValueError(f"{name} must be three finite numbers, got {shown(given, 40)}.")
+    vector = checked(name, given, (3,))
+    if vector.ndim > 1:
+        raise ValueError(f"{name} must be three numbers, got shape {vector.shape}.")
+    if np.abs(vector).max() > LARGEST:
+        raise ValueError(f"{name} must be at most {LARGEST:g} in size, got {np.abs(vector).max():g}.")
     return vector
 
 

@@ -294,10 +294,14 @@ class Ogden3(NamedTuple):
 
     Parameters
     ----------
-    mu1, mu2 : float, energy, default 0.6 and -0.1
-        Moduli of the terms. The shear modulus is (mu1 a1 + mu2 a2)/2.
-    a1, a2 : float, default 1.3 and -2
-        Exponents of the terms, not 0.
+    mu1 : float, energy, default 0.6
+        Modulus of the first term. The shear modulus is (mu1 a1 + mu2 a2)/2.
+    a1 : float, default 1.3
+        Exponent of the first term, not 0.
+    mu2 : float, energy, default -0.1
+        Modulus of the second term.
+    a2 : float, default -2
+        Exponent of the second term, not 0.
     K : float, energy, default 2
         Coefficient of the volume term.
 
