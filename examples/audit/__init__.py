@@ -12,7 +12,21 @@ from .metrics import METRICS
 from .quantum import QUANTUM
 from .section7 import SECTION7
 from .shear import SHEAR
+from .space import SPACE
 from .waves import WAVES
 
-CHAPTERS = (GEOMETRY, METRICS, DYNAMICS, CONSTANTS, CLASSICAL, ANHARMONIC, QUANTUM, SHEAR, WAVES, SECTION7, AFFINE)
+CHAPTERS = (
+    GEOMETRY,
+    METRICS,
+    DYNAMICS,
+    CONSTANTS,
+    SPACE,
+    CLASSICAL,
+    ANHARMONIC,
+    QUANTUM,
+    SHEAR,
+    WAVES,
+    SECTION7,
+    AFFINE,
+)
 """The parts of the paper, in its order."""

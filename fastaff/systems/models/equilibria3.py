@@ -259,13 +259,14 @@ def _rates(model: Body3, D: Array) -> tuple[float, float]:
 
 
 def _size(model: Body3, axes: Array) -> float | None:
-    """Return the size of an ellipsoid of these axes without a force along the third, a minimum of V along it."""
+    """Return the size of an ellipsoid of these axes without a force along the third."""
 
-    def force(size: float) -> float:
+    def force(size: Any) -> Any:
         with np.errstate(all="ignore"):
-            return float(model.potential.stretch_slopes(*(size * axes))[2])
+            return model.potential.stretch_slopes(*(size * axis for axis in axes))[2]
 
-    return _root(force, SIZES / np.cbrt(axes.prod()))
+    places = SIZES / np.cbrt(axes.prod())
+    return _root(force, places, force(places))
 
 
 def _rigid_axis(model: Body3, a2: float) -> float:
@@ -281,17 +282,19 @@ def _rigid_axis(model: Body3, a2: float) -> float:
         less, more = _rates(model, size * axes)
         return more - less
 
-    found = _root(circulation, np.geomspace(FLATTEST, 1.0, 31) * min(1.0, a2))
+    places = np.geomspace(FLATTEST, 1.0, 31) * min(1.0, a2)
+    found = _root(circulation, places, np.array([circulation(float(place)) for place in places]))
     if found is None:
         raise ValueError(f"a2 must be an axis of an ellipsoid that rotates rigidly, got {a2:g}.")
     return found
 
 
-def _root(function: Callable[[float], float], places: Array) -> float | None:
-    """Return the first root at which a function increases between the places, None where there is none."""
+def _root(function: Callable[[float], float], places: Array, values: Array) -> float | None:
+    """Return the first root at which a function of these values increases between the places, else the first at which
+    it decreases, None where there is none.
+    """
     from scipy.optimize import brentq
 
-    values = np.array([function(float(place)) for place in places])
     for k in np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0)):
         return float(brentq(function, places[k], places[k + 1], xtol=1e-300, rtol=1e-15))
     for k in np.flatnonzero((values[:-1] > 0) & (values[1:] <= 0)):

@@ -273,9 +273,9 @@ def _stretch_slopes_of_invariants(self, D1, D2, D3):
     C = D3 * D3
     V_1, V_2, V_J = self.slopes(A + B + C, A * B + B * C + C * A, D1 * D2 * D3)
     return (
-        2 * D1 * (V_1 + V_2 * (B + C)) + V_J * D2 * D3,
-        2 * D2 * (V_1 + V_2 * (C + A)) + V_J * D3 * D1,
-        2 * D3 * (V_1 + V_2 * (A + B)) + V_J * D1 * D2,
+        2 * D1 * (V_1 + V_2 * (B + C)) + V_J * (D2 * D3),
+        2 * D2 * (V_1 + V_2 * (C + A)) + V_J * (D3 * D1),
+        2 * D3 * (V_1 + V_2 * (A + B)) + V_J * (D1 * D2),
     )
 
 
@@ -313,15 +313,15 @@ def _stretch_changes_of_invariants(self, D1, D2, D3, d1, d2, d3):
     return (
         2 * D1 * (dV_1 + dV_2 * (B + C) + V_2 * (dB + dC))
         + 2 * d1 * (V_1 + V_2 * (B + C))
-        + dV_J * D2 * D3
+        + dV_J * (D2 * D3)
         + V_J * (d2 * D3 + D2 * d3),
         2 * D2 * (dV_1 + dV_2 * (C + A) + V_2 * (dC + dA))
         + 2 * d2 * (V_1 + V_2 * (C + A))
-        + dV_J * D3 * D1
+        + dV_J * (D3 * D1)
         + V_J * (d3 * D1 + D3 * d1),
         2 * D3 * (dV_1 + dV_2 * (A + B) + V_2 * (dA + dB))
         + 2 * d3 * (V_1 + V_2 * (A + B))
-        + dV_J * D1 * D2
+        + dV_J * (D1 * D2)
         + V_J * (d1 * D2 + D1 * d2),
     )
 

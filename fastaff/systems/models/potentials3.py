@@ -33,12 +33,13 @@ class GasCloud(NamedTuple):
     * Potential energy: ``V = C (D1^2 + D2^2 + D3^2)/2 + k J^(1 - gamma)/(gamma - 1)`` with J = D1 D2 D3 > 0.
     * A homogeneous deformation of a cloud keeps the form of its density profile, so that phi obeys the equations of
       `Body3` exactly.
-    * For gamma = 5/3 and every spin, R^2 = D1^2 + D2^2 + D3^2 oscillates harmonically with the frequency 2 sqrt(C/mu).
+    * For gamma = 5/3 and every spin, R^2 = D1^2 + D2^2 + D3^2 oscillates harmonically with the angular frequency 2
+      sqrt(C/mu). ``(R^2 |p|^2 - (phi . p)^2)/(2 mu) + R^2 k J^(1 - gamma)/(gamma - 1)`` is conserved.
     * The potential of the paper with (D1 D2 D3)^-p is gamma = 1 + p.
 
     References
     ----------
-    Dyson 1968, J. Math. Mech. 18, 91 (spinning gas clouds); Martens & Slawianowski, EQ2.2h, for n = 3.
+    Dyson 1968, J. Math. Mech. 18, 91 (spinning gas clouds); Gaffet 1996, J. Fluid Mech. 325, 113 (gamma = 5/3); Martens & Slawianowski, EQ2.2h, for n = 3.
 
     Examples
     --------
