@@ -227,8 +227,8 @@ PARAMETERS = {
             Momenta of the elements of phi.
         """,
     "matrix_changes": """
-        dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3 : float or array_like
-            Change of phi.
+        *change : float or array_like
+            Change of phi: nine numbers, row by row.
         """,
     "invariants3": """
         I1, I2, J : float or array_like

@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
 import fastaff as fa
-from fastaff.systems.formulas.formula3 import formula3
+from fastaff.systems.formulas.space_formula import formula3
 from fastaff.systems.models import (
     Body3,
     GasCloud,

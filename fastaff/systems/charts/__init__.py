@@ -100,7 +100,7 @@ from .invariants import (
     to_matrix,
     vartheta_of_b,
 )
-from .two_polar3 import TwoPolar3, from_two_polar3, two_polar3
+from .stretches import TwoPolar3, from_two_polar3, two_polar3
 
 __all__ = [
     "ALPHA_BETA",

@@ -65,7 +65,7 @@ tell_apart(__name__, "angles", "regular_variables", "sections")
 def __getattr__(name: str) -> Any:
     """Load a named system: it is a text, and `fastaff.formulas`, a higher layer, makes models of texts."""
     if name == "formula3":
-        return _formulas("formula3").formula3
+        return _formulas("space_formula").formula3
     found = _systems().get(name) if name[:1].isupper() else None
     if found is None:
         from ...core.names import did_you_mean

@@ -109,7 +109,7 @@ class Body3(NamedTuple):
         a1, a2, a3, b1, b2, b3, c1, c2, c3 = self.potential.matrix_slopes(x1, x2, x3, y1, y2, y3, z1, z2, z3)
         return -a1, -a2, -a3, -b1, -b2, -b3, -c1, -c2, -c3
 
-    def tangent_force(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3):
+    def tangent_force(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, *change):
         """Return the change of the force along a vector.
 
         Parameters
@@ -122,9 +122,7 @@ class Body3(NamedTuple):
         tuple of float or ndarray
             Nine rows: minus the Hessian of V times the vector.
         """
-        a1, a2, a3, b1, b2, b3, c1, c2, c3 = self.potential.matrix_changes(
-            x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3
-        )
+        a1, a2, a3, b1, b2, b3, c1, c2, c3 = self.potential.matrix_changes(x1, x2, x3, y1, y2, y3, z1, z2, z3, *change)
         return -a1, -a2, -a3, -b1, -b2, -b3, -c1, -c2, -c3
 
     def potential_energy(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):

@@ -77,21 +77,21 @@ def cofactors(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
     )
 
 
-def mixed_cofactors(self, a1, a2, a3, b1, b2, b3, c1, c2, c3, x1, x2, x3, y1, y2, y3, z1, z2, z3):
+def mixed_cofactors(self, matrix, change):
     """Return the change of the cofactors of a matrix of rows a, b, c along one of rows x, y, z.
 
     Parameters
     ----------
-    a1, a2, a3, b1, b2, b3, c1, c2, c3 : float or array_like
-        Elements of the matrix.
-    x1, x2, x3, y1, y2, y3, z1, z2, z3 : float or array_like
-        Elements of its change. The result is symmetric in both.
+    matrix, change : tuple of float or ndarray
+        Nine elements each, row by row. The result is symmetric in both.
 
     Returns
     -------
     tuple of float or ndarray
         Nine numbers: b x z + y x c, c x x + z x a, a x y + x x b.
     """
+    a1, a2, a3, b1, b2, b3, c1, c2, c3 = matrix
+    x1, x2, x3, y1, y2, y3, z1, z2, z3 = change
     return (
         b2 * z3 - b3 * z2 + y2 * c3 - y3 * c2,
         b3 * z1 - b1 * z3 + y3 * c1 - y1 * c3,
@@ -151,13 +151,13 @@ def _slopes_of_invariants(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
     tuple of float or ndarray
         Nine derivatives, row by row.
     """
-    c1, c2, c3, d1, d2, d3, e1, e2, e3 = self.cofactors(x1, x2, x3, y1, y2, y3, z1, z2, z3)
+    phi = x1, x2, x3, y1, y2, y3, z1, z2, z3
+    cofactors = self.cofactors(x1, x2, x3, y1, y2, y3, z1, z2, z3)
+    c1, c2, c3, d1, d2, d3, e1, e2, e3 = cofactors
     I1, I2, J = self.matrix_invariants(x1, x2, x3, y1, y2, y3, z1, z2, z3)
     V_1, V_2, V_J = self.slopes(I1, I2, J)
     # grad I1 = 2 phi, grad J = cof phi, and grad I2 is twice the mixed cofactors of phi and cof phi.
-    f1, f2, f3, g1, g2, g3, h1, h2, h3 = self.mixed_cofactors(
-        x1, x2, x3, y1, y2, y3, z1, z2, z3, c1, c2, c3, d1, d2, d3, e1, e2, e3
-    )
+    f1, f2, f3, g1, g2, g3, h1, h2, h3 = self.mixed_cofactors(phi, cofactors)
     a = 2 * V_1
     b = 2 * V_2
     return (
@@ -173,7 +173,7 @@ def _slopes_of_invariants(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
     )
 
 
-def _changes_of_invariants(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3):
+def _changes_of_invariants(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, *change):
     """Return the change of the gradient of V along a change of the matrix.
 
     Parameters
@@ -186,20 +186,16 @@ def _changes_of_invariants(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, d
     tuple of float or ndarray
         Nine numbers: the Hessian of V times the change.
     """
-    c1, c2, c3, d1, d2, d3, e1, e2, e3 = self.cofactors(x1, x2, x3, y1, y2, y3, z1, z2, z3)
+    phi = x1, x2, x3, y1, y2, y3, z1, z2, z3
+    dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3 = change
+    cofactors = self.cofactors(x1, x2, x3, y1, y2, y3, z1, z2, z3)
+    more = self.mixed_cofactors(phi, change)
+    c1, c2, c3, d1, d2, d3, e1, e2, e3 = cofactors
+    dc1, dc2, dc3, dd1, dd2, dd3, de1, de2, de3 = more
+    f1, f2, f3, g1, g2, g3, h1, h2, h3 = self.mixed_cofactors(phi, cofactors)
+    m1, m2, m3, n1, n2, n3, o1, o2, o3 = self.mixed_cofactors(change, cofactors)
+    r1, r2, r3, s1, s2, s3, t1, t2, t3 = self.mixed_cofactors(phi, more)
     I1, I2, J = self.matrix_invariants(x1, x2, x3, y1, y2, y3, z1, z2, z3)
-    dc1, dc2, dc3, dd1, dd2, dd3, de1, de2, de3 = self.mixed_cofactors(
-        x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3
-    )
-    f1, f2, f3, g1, g2, g3, h1, h2, h3 = self.mixed_cofactors(
-        x1, x2, x3, y1, y2, y3, z1, z2, z3, c1, c2, c3, d1, d2, d3, e1, e2, e3
-    )
-    m1, m2, m3, n1, n2, n3, o1, o2, o3 = self.mixed_cofactors(
-        dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3, c1, c2, c3, d1, d2, d3, e1, e2, e3
-    )
-    r1, r2, r3, s1, s2, s3, t1, t2, t3 = self.mixed_cofactors(
-        x1, x2, x3, y1, y2, y3, z1, z2, z3, dc1, dc2, dc3, dd1, dd2, dd3, de1, de2, de3
-    )
     dI1 = 2 * (x1 * dx1 + x2 * dx2 + x3 * dx3 + y1 * dy1 + y2 * dy2 + y3 * dy3 + z1 * dz1 + z2 * dz2 + z3 * dz3)
     dI2 = 2 * (c1 * dc1 + c2 * dc2 + c3 * dc3 + d1 * dd1 + d2 * dd2 + d3 * dd3 + e1 * de1 + e2 * de2 + e3 * de3)
     dJ = c1 * dx1 + c2 * dx2 + c3 * dx3 + d1 * dy1 + d2 * dy2 + d3 * dy3 + e1 * dz1 + e2 * dz2 + e3 * dz3
@@ -347,37 +343,35 @@ def _stretch_margin_of_invariants(self, D1, D2, D3):
 # --- V(D1, D2, D3) ----------------------------------------------------------------------------------------------------
 
 
-def turned_columns(self, a1, a2, a3, b1, b2, b3, u1, u2, u3, v1, v2, v3):
-    """Return two columns a, b rotated until they are orthogonal, and two others u, v rotated by the same angle.
+def turned_columns(self, first, second, one, other):
+    """Return two columns rotated until they are orthogonal, and two others rotated by the same angle.
 
     Parameters
     ----------
-    a1, a2, a3, b1, b2, b3, u1, u2, u3, v1, v2, v3 : float or array_like
-        Elements of the columns.
+    first, second : tuple of float or ndarray
+        Columns that become orthogonal, three numbers each.
+    one, other : tuple of float or ndarray
+        Columns that are rotated, too.
 
     Returns
     -------
-    tuple of float or ndarray
-        Twelve numbers, in the same order.
+    tuple of tuple
+        Four columns, in the same order.
     """
+    a1, a2, a3 = first
+    b1, b2, b3 = second
+    u1, u2, u3 = one
+    v1, v2, v3 = other
     more = b1 * b1 + b2 * b2 + b3 * b3 - (a1 * a1 + a2 * a2 + a3 * a3)
     both = 2 * (a1 * b1 + a2 * b2 + a3 * b3)
     tangent = both * np.copysign(1.0, more) / (np.sqrt(more * more) + np.sqrt(more * more + both * both) + TINY)
     c = 1 / np.sqrt(1 + tangent * tangent)
     s = c * tangent
     return (
-        c * a1 - s * b1,
-        c * a2 - s * b2,
-        c * a3 - s * b3,
-        s * a1 + c * b1,
-        s * a2 + c * b2,
-        s * a3 + c * b3,
-        c * u1 - s * v1,
-        c * u2 - s * v2,
-        c * u3 - s * v3,
-        s * u1 + c * v1,
-        s * u2 + c * v2,
-        s * u3 + c * v3,
+        (c * a1 - s * b1, c * a2 - s * b2, c * a3 - s * b3),
+        (s * a1 + c * b1, s * a2 + c * b2, s * a3 + c * b3),
+        (c * u1 - s * v1, c * u2 - s * v2, c * u3 - s * v3),
+        (s * u1 + c * v1, s * u2 + c * v2, s * u3 + c * v3),
     )
 
 
@@ -391,7 +385,7 @@ def singular_columns(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
     Returns
     -------
     tuple of float or ndarray
-        D1, D2, D3 in any order, then the three columns of L, then those of R, with phi = L diag(D) R^T.
+        Stretches D1, D2, D3 in any order; the columns of L as nine numbers; the columns of R; with phi = L diag(D) R^T.
 
     References
     ----------
@@ -399,63 +393,41 @@ def singular_columns(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
     """
     one = 1.0 + 0.0 * x1
     zero = 0.0 * x1
-    u1, u2, u3, v1, v2, v3, w1, w2, w3 = one, zero, zero, zero, one, zero, zero, zero, one
+    a, b, c = (x1, y1, z1), (x2, y2, z2), (x3, y3, z3)
+    u, v, w = (one, zero, zero), (zero, one, zero), (zero, zero, one)
     for _ in range(SWEEPS):
-        x1, y1, z1, x2, y2, z2, u1, u2, u3, v1, v2, v3 = self.turned_columns(
-            x1, y1, z1, x2, y2, z2, u1, u2, u3, v1, v2, v3
-        )
-        x1, y1, z1, x3, y3, z3, u1, u2, u3, w1, w2, w3 = self.turned_columns(
-            x1, y1, z1, x3, y3, z3, u1, u2, u3, w1, w2, w3
-        )
-        x2, y2, z2, x3, y3, z3, v1, v2, v3, w1, w2, w3 = self.turned_columns(
-            x2, y2, z2, x3, y3, z3, v1, v2, v3, w1, w2, w3
-        )
-    D1 = np.sqrt(x1 * x1 + y1 * y1 + z1 * z1)
-    D2 = np.sqrt(x2 * x2 + y2 * y2 + z2 * z2)
-    D3 = np.sqrt(x3 * x3 + y3 * y3 + z3 * z3)
-    a = 1 / D1
-    b = 1 / D2
-    c = 1 / D3
-    return (
-        D1,
-        D2,
-        D3,
-        a * x1,
-        a * y1,
-        a * z1,
-        b * x2,
-        b * y2,
-        b * z2,
-        c * x3,
-        c * y3,
-        c * z3,
-        u1,
-        u2,
-        u3,
-        v1,
-        v2,
-        v3,
-        w1,
-        w2,
-        w3,
-    )
+        a, b, u, v = self.turned_columns(a, b, u, v)
+        a, c, u, w = self.turned_columns(a, c, u, w)
+        b, c, v, w = self.turned_columns(b, c, v, w)
+    a1, a2, a3 = a
+    b1, b2, b3 = b
+    c1, c2, c3 = c
+    D1 = np.sqrt(a1 * a1 + a2 * a2 + a3 * a3)
+    D2 = np.sqrt(b1 * b1 + b2 * b2 + b3 * b3)
+    D3 = np.sqrt(c1 * c1 + c2 * c2 + c3 * c3)
+    k = 1 / D1
+    m = 1 / D2
+    n = 1 / D3
+    left = k * a1, k * a2, k * a3, m * b1, m * b2, m * b3, n * c1, n * c2, n * c3
+    return (D1, D2, D3), left, (u[0], u[1], u[2], v[0], v[1], v[2], w[0], w[1], w[2])
 
 
-def in_space(self, L, R, m11, m12, m13, m21, m22, m23, m31, m32, m33):
+def in_space(self, L, R, M):
     """Return a matrix M of the principal axes in space and body, L M R^T.
 
     Parameters
     ----------
     L, R : tuple of float or ndarray
         Columns of the rotations, nine numbers each.
-    m11, m12, m13, m21, m22, m23, m31, m32, m33 : float or array_like
-        Elements of M.
+    M : tuple of float or ndarray
+        Elements of M, nine numbers, row by row.
 
     Returns
     -------
     tuple of float or ndarray
         Nine elements, row by row.
     """
+    m11, m12, m13, m21, m22, m23, m31, m32, m33 = M
     k1, k2, k3, l1, l2, l3, n1, n2, n3 = L
     u1, u2, u3, v1, v2, v3, w1, w2, w3 = R
     a1 = m11 * u1 + m12 * v1 + m13 * w1
@@ -523,8 +495,8 @@ def _value_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
     float or ndarray
         V, an energy.
     """
-    found = self.singular_columns(x1, x2, x3, y1, y2, y3, z1, z2, z3)
-    return self.value(found[0], found[1], found[2])
+    D, _, _ = self.singular_columns(x1, x2, x3, y1, y2, y3, z1, z2, z3)
+    return self.value(D[0], D[1], D[2])
 
 
 def _slopes_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
@@ -539,13 +511,13 @@ def _slopes_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
     tuple of float or ndarray
         Nine derivatives, row by row.
     """
-    found = self.singular_columns(x1, x2, x3, y1, y2, y3, z1, z2, z3)
-    V_1, V_2, V_3 = self.slopes(found[0], found[1], found[2])
+    D, L, R = self.singular_columns(x1, x2, x3, y1, y2, y3, z1, z2, z3)
+    V_1, V_2, V_3 = self.slopes(D[0], D[1], D[2])
     zero = 0.0 * x1
-    return self.in_space(found[3:12], found[12:], V_1, zero, zero, zero, V_2, zero, zero, zero, V_3)
+    return self.in_space(L, R, (V_1, zero, zero, zero, V_2, zero, zero, zero, V_3))
 
 
-def _changes_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3):
+def _changes_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, *change):
     """Return the change of the gradient of V along a change of the matrix.
 
     Parameters
@@ -558,24 +530,13 @@ def _changes_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx
     tuple of float or ndarray
         Nine numbers: the Hessian of V times the change.
     """
-    found = self.singular_columns(x1, x2, x3, y1, y2, y3, z1, z2, z3)
-    D1, D2, D3 = found[0], found[1], found[2]
-    k1, k2, k3, l1, l2, l3, n1, n2, n3 = found[3:12]
-    u1, u2, u3, v1, v2, v3, w1, w2, w3 = found[12:]
+    D, L, R = self.singular_columns(x1, x2, x3, y1, y2, y3, z1, z2, z3)
+    D1, D2, D3 = D
+    k1, k2, k3, l1, l2, l3, n1, n2, n3 = L
+    u1, u2, u3, v1, v2, v3, w1, w2, w3 = R
+    back = (k1, l1, n1, k2, l2, n2, k3, l3, n3), (u1, v1, w1, u2, v2, w2, u3, v3, w3)
     # The change in the principal axes, L^T dphi R.
-    m11, m12, m13, m21, m22, m23, m31, m32, m33 = self.in_space(
-        (k1, l1, n1, k2, l2, n2, k3, l3, n3),
-        (u1, v1, w1, u2, v2, w2, u3, v3, w3),
-        dx1,
-        dx2,
-        dx3,
-        dy1,
-        dy2,
-        dy3,
-        dz1,
-        dz2,
-        dz3,
-    )
+    m11, m12, m13, m21, m22, m23, m31, m32, m33 = self.in_space(back[0], back[1], change)
     V_1, V_2, V_3 = self.slopes(D1, D2, D3)
     c1, c2, c3 = self.changes(D1, D2, D3, m11, m22, m33)
     # Two axes stretch their symmetric shear by (V_i - V_j)/(Di - Dj) and their rotation by (V_i + V_j)/(Di + Dj).
@@ -585,9 +546,8 @@ def _changes_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx
     a12 = (V_1 + V_2) / (D1 + D2) * (m12 - m21) / 2
     a23 = (V_2 + V_3) / (D2 + D3) * (m23 - m32) / 2
     a31 = (V_3 + V_1) / (D3 + D1) * (m31 - m13) / 2
-    return self.in_space(
-        found[3:12], found[12:], c1, s12 + a12, s31 - a31, s12 - a12, c2, s23 + a23, s31 + a31, s23 - a23, c3
-    )
+    changes = c1, s12 + a12, s31 - a31, s12 - a12, c2, s23 + a23, s31 + a31, s23 - a23, c3
+    return self.in_space(L, R, changes)
 
 
 def _margin_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
@@ -603,8 +563,8 @@ def _margin_of_stretches(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):
         The lesser of det phi and the margin of the stretches.
     """
     J = x1 * (y2 * z3 - y3 * z2) + x2 * (y3 * z1 - y1 * z3) + x3 * (y1 * z2 - y2 * z1)
-    found = self.singular_columns(x1, x2, x3, y1, y2, y3, z1, z2, z3)
-    return np.minimum(J, self.margin(found[0], found[1], found[2]))
+    D, _, _ = self.singular_columns(x1, x2, x3, y1, y2, y3, z1, z2, z3)
+    return np.minimum(J, self.margin(D[0], D[1], D[2]))
 
 
 def _stretch_value(self, D1, D2, D3):

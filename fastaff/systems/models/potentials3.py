@@ -39,7 +39,8 @@ class GasCloud(NamedTuple):
 
     References
     ----------
-    Dyson 1968, J. Math. Mech. 18, 91 (spinning gas clouds); Gaffet 1996, J. Fluid Mech. 325, 113 (gamma = 5/3); Martens & Slawianowski, EQ2.2h, for n = 3.
+    Dyson 1968, J. Math. Mech. 18, 91 (spinning gas clouds); Gaffet 1996, J. Fluid Mech. 325, 113 (gamma = 5/3); Martens
+    & Slawianowski, section 3, below EQ2.2h (bodies in space).
 
     Examples
     --------
@@ -462,7 +463,7 @@ class Sum3(NamedTuple):
         d1, d2, d3, e1, e2, e3, f1, f2, f3 = self.second.matrix_slopes(x1, x2, x3, y1, y2, y3, z1, z2, z3)
         return a1 + d1, a2 + d2, a3 + d3, b1 + e1, b2 + e2, b3 + e3, c1 + f1, c2 + f2, c3 + f3
 
-    def matrix_changes(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3):
+    def matrix_changes(self, x1, x2, x3, y1, y2, y3, z1, z2, z3, *change):
         """Return the change of the gradient of V along a change of the matrix.
 
         Parameters
@@ -475,12 +476,8 @@ class Sum3(NamedTuple):
         tuple of float or ndarray
             Nine numbers: the Hessian of V times the change.
         """
-        a1, a2, a3, b1, b2, b3, c1, c2, c3 = self.first.matrix_changes(
-            x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3
-        )
-        d1, d2, d3, e1, e2, e3, f1, f2, f3 = self.second.matrix_changes(
-            x1, x2, x3, y1, y2, y3, z1, z2, z3, dx1, dx2, dx3, dy1, dy2, dy3, dz1, dz2, dz3
-        )
+        a1, a2, a3, b1, b2, b3, c1, c2, c3 = self.first.matrix_changes(x1, x2, x3, y1, y2, y3, z1, z2, z3, *change)
+        d1, d2, d3, e1, e2, e3, f1, f2, f3 = self.second.matrix_changes(x1, x2, x3, y1, y2, y3, z1, z2, z3, *change)
         return a1 + d1, a2 + d2, a3 + d3, b1 + e1, b2 + e2, b3 + e3, c1 + f1, c2 + f2, c3 + f3
 
     def matrix_margin(self, x1, x2, x3, y1, y2, y3, z1, z2, z3):

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import Array, at_orbit, checked, first
 
-
 LARGEST = 1e150
 """Largest element of a phase point: beyond it spin and vorticity overflow."""
 

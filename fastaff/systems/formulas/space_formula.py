@@ -259,16 +259,17 @@ def formula3(text: str, /, *, domain: str | None = None, **parameters: float) ->
     written = text_of(text)
     program = parse(written, (*STRETCHES, *INVARIANTS), parameters)
     names = set(program.names)
+    options: dict[str, Any] = dict(parameters)
     if domain is not None:
         names |= set(parse(domain, (*STRETCHES, *INVARIANTS), parameters, argument="domain").names)
     if names & set(STRETCHES):
         whole, bound = (_replaced(part, OF_STRETCHES) for part in (written, domain))
-        law = hamiltonian(whole, coordinates=STRETCHES, domain=bound, **parameters)
+        law = hamiltonian(whole, coordinates=STRETCHES, domain=bound, **options)
         _check_symmetry(law, written)
         return FormulaStretches3(law)
     if domain is None and names & {"J", "I3"}:
         domain = "J"
-    return FormulaInvariants3(hamiltonian(written, coordinates=INVARIANTS, domain=domain, **parameters))
+    return FormulaInvariants3(hamiltonian(written, coordinates=INVARIANTS, domain=domain, **options))
 
 
 def _replaced(text: str | None, by: dict[str, str]) -> Any:
