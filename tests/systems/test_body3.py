@@ -146,6 +146,31 @@ def test_squared_radius_of_a_gas_with_three_degrees_of_freedom_oscillates_harmon
         assert np.abs(after - before).max() < 1e-10
 
 
+def test_the_radius_of_a_monatomic_cloud_separates():
+    """h = (R^2 |p|^2 - (q.p)^2)/2 mu + R^2 (V - C R^2/2) is conserved for gamma = 5/3 alone."""
+    z0 = starts(6)
+    changes = []
+    for gamma in (5 / 3, 1.4):
+        cloud = Body3(GasCloud(0.8, gamma, 1.3), 0.7)
+        values = []
+        for z in (z0, fa.integrate(cloud, z0, time=20.0, accuracy=1e-11).z):
+            q, p = z[:9], z[9:]
+            R2 = (q * q).sum(axis=0)
+            turning = R2 * (p * p).sum(axis=0) - (q * p).sum(axis=0) ** 2
+            values.append(turning / (2 * cloud.mu) + R2 * (cloud.potential_energy(*q) - 1.3 * R2 / 2))
+        changes.append(np.abs(values[1] - values[0]).max())
+    assert changes[0] < 1e-9
+    assert changes[1] > 1e-3
+
+
+def test_spheroids_stay_spheroids():
+    """D1 = D2 is an invariant plane to the last bit, so that its sections are planes too."""
+    cloud = reduced_body3(Body3(GasCloud(gamma=3.0)), spin=0.2, vorticity=-0.2)
+    run = fa.integrate(cloud, [1.3, 1.3, 0.8, 0.2, 0.2, 0.4], time=100.0)
+    assert run.z[0, 0] == run.z[1, 0]
+    assert run.z[3, 0] == run.z[4, 0]
+
+
 def test_another_gas_does_not():
     cloud = Body3(GasCloud(1.0, 1.4, 1.0))
     run = fa.integrate(cloud, starts(1), time=20.0, samples=200)
