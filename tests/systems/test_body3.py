@@ -1,5 +1,8 @@
 """The body in space: forces, exact motions, the two-polar form, ellipsoids of equilibrium, and wrong input."""
 
+import pickle
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -20,6 +23,7 @@ from fastaff.systems.models import (
     riemann_ellipsoid,
 )
 from fastaff.systems.models.equilibria3 import _residual
+from fastaff.systems.models.matrix_potentials import of_invariants
 
 RANDOM = np.random.default_rng(20)
 POTENTIALS = (
@@ -391,6 +395,42 @@ def test_growth_rates_are_those_of_orbits():
     late = samples.times > 30.0
     slope = np.polyfit(samples.times[late], np.log(D[0, late] - D[1, late]), 1)[0]
     assert np.isclose(slope, steady.growth, rtol=1e-3)
+
+
+# Use in the package
+
+
+@of_invariants
+class Shear(NamedTuple):
+    """A user's potential, G (I1/2 - ln J)."""
+
+    G: float = 1.0
+
+    def value(self, I1, I2, J):
+        return self.G * (I1 / 2 - np.log(J))
+
+    def slopes(self, I1, I2, J):
+        return self.G / 2 + 0.0 * I1, 0.0 * I2, -self.G / J
+
+    def changes(self, I1, I2, J, dI1, dI2, dJ):
+        return 0.0 * dI1, 0.0 * dI2, self.G / (J * J) * dJ
+
+    def margin(self, I1, I2, J):
+        return J + 0.0 * I1
+
+
+def test_potentials_of_users():
+    z0 = starts(2)
+    own = fa.integrate(Body3(Shear(1.4)), z0, time=5.0, accuracy=1e-11)
+    assert np.allclose(own.z, fa.integrate(Body3(NeoHookean3(1.4, 0.0)), z0, time=5.0, accuracy=1e-11).z, atol=1e-9)
+
+
+@pytest.mark.parametrize("potential", [STAR.potential, POTENTIALS[-2], POTENTIALS[-1]])
+def test_files_keep_models(potential, tmp_path):
+    model = Body3(potential, 0.6)
+    assert pickle.loads(pickle.dumps(model)) == model
+    path = fa.save(tmp_path / "run", fa.integrate(model, starts(1), time=0.5))
+    assert fa.files.recipe(path).arguments["model"] == model
 
 
 # Wrong input
