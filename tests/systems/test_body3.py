@@ -109,6 +109,10 @@ def test_gravity_is_carlsons_integral(ratio):
         assert np.isclose(gravity.stretch_value(*D), -k * elliprf(*x), rtol=1e-14)
         slopes = [k / 3 * D[i] * elliprd(x[i - 1], x[i - 2], x[i]) for i in range(3)]
         assert np.allclose(gravity.stretch_slopes(*D), slopes, rtol=1e-14)
+        # Euler: the slopes in I1, I2 and J have the degrees -3/2, -5/2 and -2 in the squared axes.
+        at = x.sum(), x[0] * x[1] + x[1] * x[2] + x[2] * x[0], D.prod()
+        changes = gravity.changes(*at, at[0], 2 * at[1], 1.5 * at[2])
+        assert np.allclose(changes, np.array([-1.5, -2.5, -2.0]) * gravity.slopes(*at), rtol=1e-13)
 
 
 def test_formulas_equal_named_potentials():

@@ -242,7 +242,7 @@ def formula3(text: str, /, *, domain: str | None = None, **parameters: float) ->
     -----
     * Domain: by default J > 0 if V contains J, I3 or a stretch, else all matrices.
     * Cost: a formula of invariants is as fast as a handwritten model. A formula of stretches takes a singular value
-      decomposition in each force, about ten times as long.
+      decomposition in each force, 40 times as long.
     * Coinciding stretches: forces and their derivatives are regular.
 
     References

@@ -19,8 +19,8 @@ from ...core.docstrings import inserts_parameters
 TINY = 1e-300
 """Added to a root that may be 0: the quotient 0/0 of columns that are orthogonal already is 0."""
 
-SWEEPS = 6
-"""Sweeps of Jacobi's rotations. Convergence is quadratic: random matrices take 4 sweeps, nearly singular ones 5."""
+SWEEPS = 5
+"""Sweeps of Jacobi's rotations. Random, nearly singular and badly scaled matrices take 4."""
 
 NEAR = 1 / 64
 """Half difference of two stretches, relative to their mean, below which their divided difference is an integral."""
