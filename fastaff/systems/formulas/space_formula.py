@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
+from ...core.identity import told_apart
 from ...core.numbers import shown
 from ..models.matrix_potentials import of_invariants, of_stretches
 from .arguments import text_of
@@ -205,6 +206,10 @@ class FormulaStretches3(NamedTuple):
             Margin of the formula.
         """
         return self.law.margin(D1, D2, D3)
+
+
+for _kind in (FormulaInvariants3, FormulaStretches3):
+    told_apart(_kind)
 
 
 @inserts_parameters
