@@ -34,6 +34,8 @@ HH, BODY, HARMONIC, WALLED = (
 RNG = np.random.default_rng(16)
 Z4 = np.array([[0.0, 0.0], [0.1, -0.1], [0.3, 0.28], [0.05, 0.1]])
 Z8 = np.array([[1.2, 1.3], [0.1, 0.0], [0.4, 0.3], [0.0, 0.1], [0.1, 0.2], [0.6, 0.5], [0.1, 0.0], [0.2, 0.3]])
+Z18 = np.concatenate([np.eye(3).ravel(), np.linspace(-0.2, 0.3, 9)])[:, None] * np.array([1.0, 1.1])
+STAR = fa.models.Body3(fa.models.Sum3(fa.models.SelfGravity(), fa.models.GasCloud(k=0.2, gamma=2.0, C=0.0)))
 X = fa.Hyperplane((1.0, 0.0, 0.0, 0.0))
 TURN = fa.AlphaTurning()
 J, PHASE = np.array([0.5, 0.6, 0.3, 0.2]), np.array([0.1, 0.2, 0.3, 0.4])
@@ -104,6 +106,11 @@ def moved(make, z0=Z8, **given):
 def bonded(make, **given):
     """A pair potential at work."""
     return fa.molecules.ring(6, pairs=make(**given)).body
+
+
+def weighed(make, **given):
+    """A potential of 3x3 matrices at work."""
+    return fa.integrate(fa.models.Body3(make(**given)), Z18, **REAL_TIME)
 
 
 def ran(job, threads=1, memory=None, overwrite=False, executor=None, callback=None, on_chunk=None):
@@ -200,6 +207,24 @@ CALLS = {
         partial(moved, fa.models.ReducedBody, Z4 + np.array([[1.0], [0.5], [0], [0]])),
         {"potential": fa.Hyperelastic()},
     ),
+    "Body3": (partial(moved, fa.models.Body3, Z18), {"potential": fa.models.GasCloud()}),
+    "GasCloud": (partial(weighed, fa.models.GasCloud), {}),
+    "MooneyRivlin3": (partial(weighed, fa.models.MooneyRivlin3), {}),
+    "NeoHookean3": (partial(weighed, fa.models.NeoHookean3), {}),
+    "Ogden3": (partial(weighed, fa.models.Ogden3), {}),
+    "SelfGravity": (partial(weighed, fa.models.SelfGravity), {}),
+    "formula3": (fa.models.formula3, {"text": "k*I1 + J", "k": 1.0}),
+    "from_two_polar3": (
+        fa.charts.from_two_polar3,
+        {"L": np.eye(3), "D": [3.0, 2.0, 1.0], "R": np.eye(3), "p": [0.1, 0.2, 0.3], "spin": [0.0, 0.0, 1.0]},
+    ),
+    "reduced_body3": (fa.models.reduced_body3, {"model": STAR, "spin": 0.1, "vorticity": 0.2}),
+    "relative_equilibrium": (
+        fa.models.relative_equilibrium,
+        {"model": STAR, "D": [1.0, 0.9, 0.8], "omega": [0.0, 0.0, 0.6]},
+    ),
+    "riemann_ellipsoid": (fa.models.riemann_ellipsoid, {"model": STAR, "a2": 0.8, "a3": 0.6}),
+    "two_polar3": (fa.charts.two_polar3, {"z": Z18[:, 0]}),
     "SeparableAlphaBeta": (
         partial(moved, fa.SeparableAlphaBeta),
         {"V_alpha": fa.models.Zero(), "V_beta": fa.models.Zero()},
@@ -439,7 +464,10 @@ CONTAINERS = {
 FORMULAS = {
     *("value", "slopes", "radii", "leaning", "curvatures", "margin", "poles", "slope", "curvature", "at"),
     *("velocity", "force", "tangent_force", "kinetic_energy", "potential_energy", "squares", "from_planes"),
-    *("to_planes", "interval", "of"),
+    *("to_planes", "interval", "of", "changes", "integrals", "constants", "cofactors", "mixed_cofactors"),
+    *("matrix_value", "matrix_slopes", "matrix_changes", "matrix_margin", "matrix_invariants", "in_space"),
+    *("stretch_value", "stretch_slopes", "stretch_changes", "stretch_margin", "turned_columns", "singular_columns"),
+    "divided_slopes",
 }
 """Methods of models and sections: arithmetic that kernels compile, without checks; and of shares, which the battery
 calls through their results.
@@ -450,10 +478,17 @@ fa_parts = (fa.runs, fa.frequencies, fa.sections, fa.chaos, fa.periodic, fa.tori
 """Parts of the package with results of their own."""
 
 PUBLIC = {name: getattr(home, name) for home in (fa, *fa_parts, fa.quantum) for name in home.__all__}
-PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix")}
+PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix", "from_two_polar3", "two_polar3")}
 PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
 PUBLIC |= {name: getattr(fa.molecules, name) for name in ("HarmonicBond", "LennardJones", "MorseBond")}
 PUBLIC |= {name: getattr(fa.molecules, name) for name in ("molecule", "ring")}
+PUBLIC |= {
+    name: getattr(fa.models, name)
+    for name in (
+        *("Body3", "GasCloud", "MooneyRivlin3", "NeoHookean3", "Ogden3", "SelfGravity", "formula3", "reduced_body3"),
+        *("relative_equilibrium", "riemann_ellipsoid"),
+    )
+}
 PUBLIC |= fa.formulas.systems.SYSTEMS
 PUBLIC |= {kind.__name__: kind for kind in OF_BODIES.values()}
 PUBLIC |= {
@@ -805,7 +840,7 @@ def _ring(_, frame):
 
 OF_TEXTS = (
     *("ode", "affine_body", "hamiltonian", "charged hamiltonian", "damped hamiltonian", "driven hamiltonian"),
-    "iterated_map",
+    *("iterated_map", "formula3"),
 )
 """Callables that take a text first, by its place."""
 

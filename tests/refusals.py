@@ -18,6 +18,7 @@ DAMPED = fa.hamiltonian("(x**2 + y**2)/2", friction=0.1)
 DRIVEN = fa.hamiltonian("x**2/2*(1.3 + 0.2*cos(t))", coordinates="x", drive_period="2*pi")
 COUPLED = fa.hamiltonian("(p**2 + q**2)*(P**2 + Q**2 + 1)", coordinates="q Q", momenta="p P")
 MAP = fa.models.StandardMap(1.0)
+STAR = fa.models.Body3(fa.models.Sum3(fa.models.SelfGravity(), fa.models.GasCloud(k=0.2, gamma=2.0, C=0.0)))
 SPRING = "p_r**2/(2*m) + p_a**2/(2*m*r**2) + k/2*(r - 1)**2 - m*r*cos(a)"
 RING = "k = p + s*x**2; x1 = cos(2*pi*q)*x + sin(2*pi*q)*k; p1 = -sin(2*pi*q)*x + cos(2*pi*q)*k"
 Z4 = np.full((4, 2), 0.1)
@@ -758,6 +759,46 @@ ROWS = [
         lambda: fa.explore(PLANE, energy=0.1, section="z=0"),
         ValueError,
         "section must be one of x=c, y=c, got 'z=0'. Use fa.Hyperplane(normal, offset) for other sections.",
+    ),
+    (
+        lambda: fa.models.Body3(fa.NeoHookean()),
+        TypeError,
+        "potential must be a potential of 3x3 matrices such as fa.models.GasCloud(), got NeoHookean(G=1.0, K=2.0).",
+    ),
+    (
+        lambda: fa.Body(fa.models.GasCloud()),
+        TypeError,
+        "potential must be a potential of A and B, got GasCloud. Use fa.models.Body3 for 3x3 matrices.",
+    ),
+    (
+        lambda: fa.integrate(fa.models.SelfGravity(), np.ones(18), time=1.0),
+        TypeError,
+        "model SelfGravity(k=1.0) is a potential. Use fa.models.Body3(SelfGravity(...)).",
+    ),
+    (
+        lambda: fa.models.formula3("D1 + 2*D2"),
+        ValueError,
+        "text must not change if D1, D2 and D3 are exchanged, got 'D1 + 2*D2'.",
+    ),
+    (
+        lambda: fa.models.riemann_ellipsoid(STAR, 1.0),
+        ValueError,
+        "a3 must be given for a spheroid, a2 = 1, got None.",
+    ),
+    (
+        lambda: fa.models.riemann_ellipsoid(STAR, 0.9, 3.0),
+        ValueError,
+        "a2 and a3 must be the axes of a steady ellipsoid, got 0.9 and 3.",
+    ),
+    (
+        lambda: fa.models.reduced_body3(HENON),
+        TypeError,
+        "model must be a Body3, got HenonHeiles(lam=1.0) (HenonHeiles).",
+    ),
+    (
+        lambda: fa.models.relative_equilibrium(STAR, [1, 1, -1], [0, 0, 1]),
+        ValueError,
+        "D must be positive and inside the domain of the potential, got [1, 1, -1].",
     ),
     (lambda: fa.show_progress("no"), TypeError, "shown must be True or False, got 'no' (str)"),
 ]

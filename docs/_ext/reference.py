@@ -34,14 +34,15 @@ class Page(NamedTuple):
 PAGES: dict[str, Page] = {
     "models": Page(
         "Models",
-        "Bodies, their potentials, systems of one line of mathematics, and maps.",
+        "Bodies in the plane and in space, their potentials, systems of one line of mathematics, and maps.",
         {
             "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles affine_body hamiltonian "
             "iterated_map ode reduced_body univariate SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
             "systems.models": f"DoublePendulum {' '.join(SYSTEMS)} "
             "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
             "ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
-            "Zero",
+            "Zero Body3 GasCloud SelfGravity NeoHookean3 MooneyRivlin3 Ogden3 Sum3 formula3 ReducedBody3 reduced_body3 "
+            "RelativeEquilibrium riemann_ellipsoid relative_equilibrium",
         },
     ),
     "molecules": Page(
@@ -127,13 +128,15 @@ PAGES: dict[str, Page] = {
     ),
     "charts": Page(
         "Charts",
-        "Coordinates of GL(2,R), both ways, with velocities, momenta, metric and density.",
+        "Coordinates of GL(2,R), both ways, with velocities, momenta, metric and density. The two-polar form of "
+        "GL(3,R).",
         {
             "systems.charts": "Chart CHARTS from_matrix to_matrix angular_momenta AngularMomenta deformation "
             "Deformation "
             "rotate reflect_space reflect_body b_of_vartheta vartheta_of_b bipolar elliptic TWO_POLAR ALPHA_BETA "
             "ALPHA_BETA_PHI_PSI R_VARTHETA R_VARTHETA_ETA_GAMMA RHO_VARTHETA RHO_EPSILON EULER R_EULER EXPONENTIAL "
-            "DELTA_B ELLIPTIC PARABOLIC CARTESIAN SPHERICAL SPHERICAL_CARTESIAN POLAR_POLAR POLAR_CARTESIAN"
+            "DELTA_B ELLIPTIC PARABOLIC CARTESIAN SPHERICAL SPHERICAL_CARTESIAN POLAR_POLAR POLAR_CARTESIAN "
+            "two_polar3 from_two_polar3 TwoPolar3"
         },
     ),
     "results": Page(

@@ -13,6 +13,7 @@ from .metrics import METRICS
 from .quantum import QUANTUM
 from .section7 import SECTION7
 from .shear import SHEAR
+from .space import SPACE
 from .waves import WAVES
 
 CHAPTERS = (
@@ -20,6 +21,7 @@ CHAPTERS = (
     METRICS,
     DYNAMICS,
     CONSTANTS,
+    SPACE,
     CLASSICAL,
     ANHARMONIC,
     QUANTUM,

@@ -226,6 +226,34 @@ PARAMETERS = {
         da1, da2, db1, db2 : float or array_like
             Vector of changes of the coordinates.
         """,
+    "matrix_coordinates": """
+        x1, x2, x3, y1, y2, y3, z1, z2, z3 : float or array_like
+            Elements of phi, row by row: rows x, y, z in space, columns 1, 2, 3 in the body.
+        """,
+    "matrix_momenta": """
+        px1, px2, px3, py1, py2, py3, pz1, pz2, pz3 : float or array_like
+            Momenta of the elements of phi.
+        """,
+    "matrix_changes": """
+        *change : float or array_like
+            Change of phi: nine numbers, row by row.
+        """,
+    "invariants3": """
+        I1, I2, J : float or array_like
+            Invariants: I1 = D1^2 + D2^2 + D3^2, I2 = (D1 D2)^2 + (D2 D3)^2 + (D3 D1)^2, J = det phi.
+        """,
+    "invariant_changes3": """
+        dI1, dI2, dJ : float or array_like
+            Changes of the invariants.
+        """,
+    "stretches": """
+        D1, D2, D3 : float or array_like
+            Stretches, the singular values of phi, in any order.
+        """,
+    "stretch_changes": """
+        d1, d2, d3 : float or array_like
+            Changes of the stretches.
+        """,
     "inertia": """
         mu : float, default 1
             Inertia of the body, positive.

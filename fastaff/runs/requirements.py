@@ -394,6 +394,8 @@ def checked_system(model: Any, name: str = "model", needs: str = "equations") ->
         if system.canonical
         else Autonomous,
     )
+    if missing and hasattr(model, "matrix_value"):
+        raise TypeError(f"{name} {shown(model, 40)} is a potential. Use fa.models.Body3({type(model).__name__}(...)).")
     if isinstance(model, Potential) and missing:
         raise TypeError(f"{name} {shown(model)} is a potential. Use Body({type(model).__name__}(...)).")
     if missing:

@@ -102,12 +102,12 @@ def separate(model: Any, chart: Chart | str | None = None) -> Separated:
 def constants_of_motion(
     model: SeparableModel, z: ArrayLike, *, chart: Chart | str | None = None
 ) -> dict[str, np.ndarray]:
-    """Compute the constants of motion in involution of a separable body or a named system.
+    """Compute the constants of motion of a separable body, a body in space or a named system.
 
     Parameters
     ----------
-    model : Body, StackelBody or named system
-        Body with a separable potential, or a system of ``fastaff.models`` with known constants, such as
+    model : Body, StackelBody, Body3 or named system
+        Body with a separable potential, body in space, or a system of ``fastaff.models`` with known constants, such as
         `AsymmetricTop`.
     z : array_like, shape (2n,) or (2n, orbits)
         Phase points; 2n is 8 for a body.
@@ -120,7 +120,8 @@ def constants_of_motion(
     dict of ndarray, shape (orbits,)
         Constants by name. Bodies have H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K, with p_phi and
         p_psi. If the angles have potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma replace p_phi and p_psi.
-        The constants of a named system are in its docstring.
+        Bodies in space have energy, spin_x, spin_y, spin_z, vorticity_1, vorticity_2 and vorticity_3. The constants of
+        a named system are in its docstring.
 
     Raises
     ------
@@ -148,6 +149,8 @@ def constants_of_motion(
     ['H_alpha', 'H_beta', 'p_phi', 'p_psi']
     """
     named = constants_of(model) if chart is None else None
+    if named is None and chart is None and hasattr(model, "constants"):
+        return dict(model.constants(phase_points("z", z, checked_system(model))))
     if named is not None:
         return named(model, phase_points("z", z, current_system(model)))
     separated = separate(model, chart)

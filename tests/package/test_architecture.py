@@ -465,7 +465,16 @@ def test_public_functions_say_what_they_raise_and_take(name, function):
     for parameter in inspect.signature(function).parameters:
         assert parameter in function.__doc__ or parameter in shared, parameter
     kinds = {p.kind for p in inspect.signature(function).parameters.values()}
-    of_text = ("affine_body", "hamiltonian", "iterated_map", "ode", "AffineBody", "TwoPolarBody", "UnitaryBody")
+    of_text = (
+        "affine_body",
+        "hamiltonian",
+        "iterated_map",
+        "ode",
+        "AffineBody",
+        "TwoPolarBody",
+        "UnitaryBody",
+        "formula3",
+    )
     own = (*of_text, "load", "save")  # parameters of a formula, of a file
     assert inspect.Parameter.VAR_KEYWORD not in kinds or name in own
 

@@ -100,6 +100,7 @@ from .invariants import (
     to_matrix,
     vartheta_of_b,
 )
+from .stretches import TwoPolar3, from_two_polar3, two_polar3
 
 __all__ = [
     "ALPHA_BETA",
@@ -124,16 +125,19 @@ __all__ = [
     "AngularMomenta",
     "Chart",
     "Deformation",
+    "TwoPolar3",
     "angular_momenta",
     "b_of_vartheta",
     "bipolar",
     "deformation",
     "elliptic",
     "from_matrix",
+    "from_two_polar3",
     "reflect_body",
     "reflect_space",
     "rotate",
     "to_matrix",
+    "two_polar3",
     "vartheta_of_b",
 ]
 

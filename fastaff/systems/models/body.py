@@ -204,6 +204,11 @@ def _refusing(made: Callable[..., Body]) -> Callable[..., Body]:
             if name in TERMS:
                 raise TypeError(f"Body takes potential and mu, got {name}={shown(named[name], 20)}. {FREE}")
         potential = given[1] if len(given) > 1 else named.get("potential")
+        if hasattr(potential, "matrix_value") and not isinstance(potential, type):
+            raise TypeError(
+                f"potential must be a potential of A and B, got {type(potential).__name__}. Use fa.models.Body3 for "
+                "3x3 matrices."
+            )
         model = hasattr(potential, "degrees_of_freedom") and not hasattr(potential, "slopes")
         if model and not isinstance(potential, type):
             mass = ", its mass by fa.affine_body(..., mu=)" if hasattr(potential, "mu") else ""
