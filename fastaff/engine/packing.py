@@ -14,7 +14,6 @@ from numba import types
 from .callees import Callee
 from .jit import JIT_DISABLED, POINTS, BlockFunction
 from .numba_private import cgutils, intrinsic, models, register_model
-from .pointers import address
 from .threads import Task, default_threads, ending
 
 QUICK = 0x405
@@ -60,7 +59,7 @@ def _pack(arguments: tuple, words: list, kinds: list) -> None:
             words += argument.words
             kinds += argument.kinds
         elif isinstance(argument, BlockFunction):
-            words.append(address(argument))
+            words.append(argument.address)
             kinds.append(argument.shown)
         elif isinstance(argument, tuple):
             kinds += (type(argument), len(argument))
@@ -187,7 +186,7 @@ def shares(
     key = tuple(kinds)
     if key not in _ENTRIES:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, _values(arguments))))
-    enter = _UNITS(address(_ENTRIES[key]))
+    enter = _UNITS(_ENTRIES[key].address)
     memory = np.array(words, np.int64)
     size = min(max(units // (PARTS * threads), 1), MOST_UNITS)
 

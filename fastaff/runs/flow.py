@@ -16,12 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.identity import by_identity
 from ..core.numbers import fits, number_of_steps
 from ..core.status import Status
 from ..core.sums import length
 from ..engine import nystrom
-from ..engine.blocks import idle_block, model_block, nystrom_block, parameters, step_block
+from ..engine.blocks import idle_block, model_block, nystrom_block, step_block
 from ..engine.jit import LANES
 from ..engine.kernels import crossing_roots as roots
 from ..engine.kernels import escape
@@ -33,8 +32,8 @@ from ..engine.kernels.samples import DAMPING_ROWS, lost_until
 from ..engine.kernels.stepping import Blocks, Coefficients, runge_kutta
 from ..engine.lane_sums import VECTOR
 from ..engine.packing import Packed, run_units
-from ..engine.pointers import address
 from ..engine.threads import by_portions
+from ..engine.values import by_identity, parameters
 from ..systems.models.mechanics import System
 from . import observers
 from .launch import Callback, launch, units
@@ -336,9 +335,9 @@ def blocks_of(system: System, vectors: int = 0, step: Callable | None = None, **
         for place, kind in kinds.items()
     }
     if step is not None:
-        found["step"], derivative = step_block(step), address(model_block("derivative", system.model, n, vectors))
+        found["step"], derivative = step_block(step), model_block("derivative", system.model, n, vectors).address
     if system.poles:
-        leapt = address(model_block("leapt", system.model, n, vectors))
+        leapt = model_block("leapt", system.model, n, vectors).address
     idle = {place: idle_block(place) for place in Blocks._fields[1:-2] if place not in found}
     return Blocks(parameters(system.model), **found, **idle, derivative=derivative, leapt=leapt)
 

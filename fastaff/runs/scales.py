@@ -16,9 +16,9 @@ from ..core.sums import length, total
 from ..engine.jit import LANES
 from ..engine.kernels.averages import scales
 from ..engine.threads import by_portions
+from ..engine.values import at_points
 from ..systems.models.maps import jacobian
 from ..systems.models.mechanics import System, stacked
-from ..systems.models.pointwise import at_points
 from .flow import ESCAPE, FARTHEST, Ensemble, Flow, escape_radii
 from .observers import columns
 from .schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4

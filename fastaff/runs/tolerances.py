@@ -15,8 +15,8 @@ import numpy as np
 
 from ..core.numbers import Passes
 from ..core.status import Status
+from ..engine.values import at_points
 from ..systems.models.mechanics import System
-from ..systems.models.pointwise import at_points
 from .accuracy import AGAIN, LOST, NOISE, Steps, effective_distance
 from .flow import Flow
 from .launch import Callback
