@@ -12,13 +12,12 @@ from numpy.typing import ArrayLike
 from ..core.classification import Classification
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, flag, listed, portion, shown, whole
+from ..core.numbers import Callback, Passes, flag, listed, portion, shown, whole
 from ..core.status import Status, describe
 from ..engine.kernels.readings import LN10
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along, put
 from ..runs.flow import Flow, energy_error, mark_drift
-from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import checked_system
 from ..runs.schemes.catalogue import Scheme, scheme_of

@@ -16,8 +16,8 @@ from ..core.placing import write_atomically
 from ..results.progress import says_progress
 from ..results.provenance import provenance
 from ..results.result import Result
+from ..runs.options import cheapest
 from ..runs.requirements import check_given, checked_system, suited_scheme
-from ..runs.schemes.automatic import cheapest
 from ..runs.schemes.catalogue import Splitting, scheme_named
 from ..runs.schemes.collocation import GAUSS16, Collocation
 from ..sections.energy_grid import EnergyGrid, NotReached

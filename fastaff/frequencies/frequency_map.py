@@ -11,7 +11,7 @@ import numpy as np
 from ..core.classification import is_regular
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, fits, kind_of, shown, whole
+from ..core.numbers import Callback, Passes, fits, kind_of, shown, whole
 from ..core.status import Status
 from ..engine.jit import LANES
 from ..engine.kernels.samples import CHUNK_ROWS
@@ -19,7 +19,6 @@ from ..results.calls import Starts, coerces_arguments, records_call
 from ..runs import observers, scales
 from ..runs.accuracy import HALVINGS
 from ..runs.flow import Ensemble, Flow, energy_error, mark_drift
-from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import check_needs, checked_model
 from ..runs.scales import natural_rates

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..engine.packing import launch
 from ..engine.threads import by_workers
-from ..runs.launch import launch
 from .integer_lattice import ball
 from .kernels import dual_loops, line_lattice, loop_lines, loop_transforms
 from .kernels import fundamental as kernels

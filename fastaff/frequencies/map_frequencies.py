@@ -11,13 +11,12 @@ import numpy as np
 
 from ..core.classification import Classification
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import fits, shown, whole
+from ..core.numbers import Callback, fits, shown, whole
 from ..core.status import Status
 from ..engine.threads import by_portions
 from ..runs import observers
 from ..runs.flow import Ensemble, Flow, no_memory
 from ..runs.given_orbits import given_orbits, lengths
-from ..runs.launch import Callback
 from ..runs.options import Problem
 from ..runs.requirements import check_given
 from .angle_lines import LineTable

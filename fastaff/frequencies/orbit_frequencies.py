@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import checked_callback, shown, whole
+from ..core.numbers import Callback, checked_callback, shown, whole
 from ..core.status import Status
 from ..engine.threads import checked_threads
 from ..results.calls import coerces_arguments
 from ..results.progress import says_progress
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
-from ..runs.launch import Callback
 from ..runs.requirements import checked_model
 from ..systems.models.contracts import Angles, Dynamics
 from .angle_loops import Plain, SignalLayout, named_signals, suited

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..runs.accuracy import round_down_to_grid
 from ..runs.flow import Flow
-from ..runs.trials import round_down_to_grid
 
 PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""

@@ -16,9 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import fits, number_of_steps
+from ..core.numbers import Callback, fits, number_of_steps
 from ..core.status import Status
-from ..core.sums import length
 from ..engine import nystrom
 from ..engine.blocks import idle_block, model_block, nystrom_block, step_block
 from ..engine.jit import LANES
@@ -31,12 +30,11 @@ from ..engine.kernels.drive import FixedSteps, RunningOrbits, run_along, run_fix
 from ..engine.kernels.samples import DAMPING_ROWS, lost_until
 from ..engine.kernels.stepping import Blocks, Coefficients, runge_kutta
 from ..engine.lane_sums import VECTOR
-from ..engine.packing import Packed, run_units
+from ..engine.packing import Packed, launch, run_units, units
 from ..engine.threads import by_portions
 from ..engine.values import by_identity, parameters
-from ..systems.models.mechanics import System
+from ..systems.models.mechanics import System, length
 from . import observers
-from .launch import Callback, launch, units
 from .observers import Observer
 from .requirements import energy_drift
 from .schemes.catalogue import DOP853, Collocation, Nystrom, Scheme, Splitting
@@ -1004,3 +1002,21 @@ class Flow:
         arguments = *stepping(self), steps, table
         launch(roots.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
         return table
+
+
+def early(callback: Callback | None, flow: Any, ensemble: Any, time: float, share: float = 1.0) -> Callback | None:
+    """Return a callback for a run whose orbits may end before `time`: it takes the fraction of all steps, and reports
+    that of the steps needed, by the share that ended orbits have needed, or `share` while there are none.
+    """
+    if callback is None or flow.adaptive:  # which counts orbits
+        return callback
+    steps = np.broadcast_to(flow.steps(time), ensemble.count.shape)
+    begun = ensemble.count.copy()
+
+    def tell(fraction: float) -> None:
+        taken = ensemble.count - begun
+        ended = taken > 0
+        need = taken[ended].sum() / steps[ended].sum() if ended.any() else share
+        callback(min(1.0, fraction / need))
+
+    return tell

@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.status import Status
-from ..core.sums import length, total
 from ..engine.jit import LANES
-from ..engine.kernels.averages import scales
+from ..engine.kernels.samples import scales
 from ..engine.threads import by_portions
 from ..engine.values import at_points
 from ..systems.models.maps import jacobian
-from ..systems.models.mechanics import System, stacked
+from ..systems.models.mechanics import System, length, stacked, total
 from .flow import ESCAPE, FARTHEST, Ensemble, Flow, escape_radii
 from .observers import columns
 from .schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4

@@ -10,18 +10,16 @@ from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import numbers
+from ..core.numbers import Callback, numbers
 from ..core.status import Status
-from ..core.sums import length
 from ..engine.values import at_points
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
 from ..systems.models.contracts import Dynamics
-from ..systems.models.mechanics import System, stacked
+from ..systems.models.mechanics import System, length, stacked
 from . import observers, scales
 from .coordinates import chart_row
 from .flow import Ensemble, Flow, energy_error, mark_drift, no_memory
-from .launch import Callback
 from .options import Options, Plan, Problem
 from .requirements import carried, checked_tangent_system
 from .schemes.catalogue import Scheme, scheme_of

@@ -16,8 +16,7 @@ from ..engine.kernels.crossings import RECORD
 from ..engine.kernels.samples import DAMPING_ROWS
 from ..engine.threads import by_portions
 from ..runs import observers
-from ..runs.flow import Ensemble, Flow, energy_error
-from ..runs.launch import early
+from ..runs.flow import Ensemble, Flow, early, energy_error
 from ..runs.requirements import energy_drift
 from ..runs.scales import typical_rate
 from ..runs.time_transformed import TransformedFlow

@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.numbers import fits
+from ..core.numbers import Callback, fits
 from ..core.status import Status
 from ..engine.values import at_points
 from ..runs.flow import Flow, mark_drift
-from ..runs.launch import Callback
 from ..runs.options import Problem
 from ..runs.requirements import energy_drift
 from ..runs.scales import motion

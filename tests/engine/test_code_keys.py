@@ -516,7 +516,7 @@ def test_the_values_that_sources_read_are_of_sources_that_they_import():
 
 
 IMPORTS = """
-import fastaff.core.sums, math
+import fastaff.core.names, math
 def f():
     if f:
         from .jit import LANES
@@ -529,7 +529,7 @@ from fastaff.systems.models import *
 
 def test_imports_are_found_wherever_they_stand():
     found = sources._targets("fastaff.engine.new", sources.parsed(IMPORTS.encode()).imports)
-    names = "core.sums", "engine.jit", "engine.blocks", "engine", "core.status", "core.numbers", "systems.models"
+    names = "core.names", "engine.jit", "engine.blocks", "engine", "core.status", "core.numbers", "systems.models"
     assert sorted(found) == sorted(f"fastaff.{name}" for name in names)
     found = sources._targets("fastaff.engine", sources.parsed(b"from .blocks import source").imports)
     assert found == ["fastaff.engine.blocks"]

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from ...core.sums import total
 from ...engine.kinds import Kind, term
 from ...engine.terms import Substep, Term
 from ...engine.values import at_points, by_identity
@@ -433,6 +432,21 @@ def stacked(numbers: Any, like: np.ndarray) -> np.ndarray:
     for row, number in zip(rows, numbers, strict=True):
         row[...] = number
     return rows
+
+
+def total(rows: np.ndarray) -> np.ndarray:
+    """Return the sum over the first axis, row by row: in one order for any number of orbits. NumPy's own depends
+    on their number.
+    """
+    result = np.zeros(rows.shape[1:])
+    for row in rows:
+        result += row
+    return result
+
+
+def length(rows: np.ndarray) -> np.ndarray:
+    """Return the root of the sum of squares over the first axis, row by row."""
+    return np.sqrt(total(rows * rows))
 
 
 @by_identity
