@@ -18,11 +18,10 @@ from ..engine.kernels.readings import LN10
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along, put
 from ..runs.flow import Flow, energy_error, mark_drift
-from ..runs.options import Options, Problem
+from ..runs.options import Options, Problem, stable_plan
 from ..runs.requirements import checked_system
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
-from ..runs.tangent_map import stable_plan
 from ..systems.models.contracts import Dynamics
 from .indicator import MANY, Indicators, IndicatorStyle, checked_indicators, judged, refuse
 from .indicators import MEGNO, SALI, indicators_of

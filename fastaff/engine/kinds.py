@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Set
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ..core.numbers import listed
 from .damping import FRICTION
@@ -91,16 +91,6 @@ KINDS = (Kind.SEPARABLE, *map(alone, TERMS))
 
 OPTIONS = {option: name for name, entry in TERMS.items() for option in entry.options}
 """The terms by the names of the arguments of `formulas.hamiltonian` and options of commands that make them."""
-
-
-def term(name: str) -> Any:
-    """Return a property that tells whether the `terms` of its owner have this one of the TERMS; determined once."""
-
-    def has(owner: Any) -> bool:
-        return name in owner.terms
-
-    has.__doc__ = TERMS[name].does
-    return functools.cached_property(has)
 
 
 def own_of(terms: Set[str]) -> Term | None:

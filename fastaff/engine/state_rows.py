@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Set
 from dataclasses import dataclass
 
-from .kinds import own_of, term
+from .kinds import own_of
 from .terms import Substep, Term
 
 VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
@@ -38,8 +38,15 @@ class StateRows:
     winding: tuple[bool, ...] = ()
     nonquadratic: bool = False
 
-    driven = term("drive")
-    nonseparable = term("nonseparable")
+    @property
+    def driven(self) -> bool:
+        """Whether it has the row of the time of a drive."""
+        return "drive" in self.terms
+
+    @property
+    def nonseparable(self) -> bool:
+        """Whether its slopes are those of H(q, p)."""
+        return "nonseparable" in self.terms
 
     @property
     def own(self) -> Term | None:

@@ -365,15 +365,20 @@ def stepping(flow: Any, *kinds: str, solo: bool = False) -> tuple[Packed, Packed
 
 
 def _coefficients(flow: Any) -> Coefficients:
-    scheme = flow.scheme
-    if isinstance(scheme, (Splitting, Nystrom)):
-        if isinstance(scheme, Nystrom):
-            copies = 2
-        elif flow.precise:
-            copies = 3
-        else:
-            copies = 1
-        return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=_spare(flow))
+    """Return the scheme for kernels, with the rows that the system adds."""
+    found = _tables(flow.scheme)
+    if isinstance(flow.scheme, Splitting):
+        return found._replace(copies=3 if flow.precise else 1, spare=_spare(flow))
+    return found._replace(spare=_spare(flow)) if isinstance(flow.scheme, Nystrom) else found
+
+
+@by_identity
+def _tables(scheme: Scheme) -> Coefficients:
+    """Return the arrays of a scheme, which kernels only read."""
+    if isinstance(scheme, Splitting):
+        return Coefficients(scheme.drift_array, scheme.kick_array)
+    if isinstance(scheme, Nystrom):
+        return Coefficients(scheme.drift_array, scheme.kick_array, copies=2)
     if isinstance(scheme, Collocation):
         a = scheme.a_array
         b = scheme.b_array
@@ -391,7 +396,7 @@ def _spare(flow: Any) -> int:
     if isinstance(scheme, Nystrom):
         n = flow.model.degrees_of_freedom
         return nystrom.spare_rows(n, n * (1 + flow.vectors), scheme.stages)
-    return 0 if substep is None else substep.spare_rows(scheme.drift_array.size, scheme.kick_array.size)
+    return 0 if substep is None else substep.spare_rows(len(scheme.drift), len(scheme.kick))
 
 
 DAMPING_STEPS = 2, 4, 8, 16, 32

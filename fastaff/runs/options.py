@@ -20,11 +20,12 @@ from .requirements import (
     check_needs,
     checked_scheme,
     checked_system,
+    checked_tangent_system,
     current_system,
     phase_points,
     suited_scheme,
 )
-from .scales import MotionScales, motion
+from .scales import MotionScales, motion, vector_rates
 from .schemes.automatic import Automatic, CandidateTrial
 from .schemes.catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
@@ -391,6 +392,19 @@ def plan(
         flow = replace(flow, step=steps if time is None else round_down_to_grid(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
     return Plan(flow, z, "; ".join(why), found)
+
+
+def stable_plan(problem: Problem) -> Plan:
+    """Return the plan of a run with tangent vectors, its flow as yet without them.
+
+    A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
+    """
+    system = checked_tangent_system(problem.model)
+    found = problem.plan()
+    if problem.options.step is None and found.flow.fixed:
+        steps = np.minimum(found.flow.step, 1 / vector_rates(system, found.z))
+        found = found._replace(flow=replace(found.flow, step=steps))
+    return found
 
 
 def _iterated(system: System, z: np.ndarray, options: Options) -> Plan:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...engine.kinds import Kind, term
+from ...engine.kinds import Kind
 from ...engine.terms import Substep, Term
 from ...engine.values import at_points, by_identity
 from . import maps
@@ -39,7 +39,25 @@ class Traits:
         """The terms of its equations beside H = T(p) + V(q)."""
         return self.kind.terms
 
-    driven, frame, iterated, nonseparable = map(term, ("drive", "frame", "iterates", "nonseparable"))
+    @cached_property
+    def driven(self) -> bool:
+        """Whether V depends on the time, which is its last coordinate."""
+        return "drive" in self.terms
+
+    @cached_property
+    def frame(self) -> bool:
+        """Whether its frame rotates."""
+        return "frame" in self.terms
+
+    @cached_property
+    def iterated(self) -> bool:
+        """Whether it is a map, which has whole numbers of iterates instead of a time."""
+        return "iterates" in self.terms
+
+    @cached_property
+    def nonseparable(self) -> bool:
+        """Whether its H depends on coordinates and momenta together."""
+        return "nonseparable" in self.terms
 
     @property
     def words(self) -> Set[str]:
