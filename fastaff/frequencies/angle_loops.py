@@ -13,8 +13,7 @@ from ..results.calls import names_of
 from ..systems.models.angles import AlphaBeta, Cylindrical, Polar, RVartheta
 from .fundamental import run
 from .kernels import fundamental as kernels
-from .rooms import ReusableBuffer
-from .signals import Signals
+from .signals import ReusableBuffer, Signals
 
 
 class Plain(NamedTuple):

@@ -27,8 +27,7 @@ from .kernels.harmonic_inversion import SPACING
 from .kernels.line_lattice import FoundLattices, LatticeLimits, RankedLines
 from .kernels.loop_transforms import SUMS, Bands, Spectra
 from .kernels.loops import Loops, loop_values
-from .rooms import BUFFERS
-from .signals import Signals
+from .signals import BUFFERS, Signals
 from .windows import APART_ORDER, apart_window, cosine_window, fast_lengths, growth_windows, tables_for, tabulated
 
 LINES = 16

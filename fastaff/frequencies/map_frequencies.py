@@ -25,9 +25,8 @@ from .classify import MANY_TURNS
 from .frequencies import FrequencyMap
 from .inverted_lines import inverted_values
 from .plane_modes import driven, entangled
-from .rooms import ReusableBuffer
 from .running_turns import ROWS, running_means
-from .signals import signals_of
+from .signals import ReusableBuffer, signals_of
 from .tunes import EXACT, FALLBACK, LEAST, SHORT, TuneWork
 from .turning import CHANGED, COST, LOCKED, ROUNDING, calm_change, from_whole, relations
 

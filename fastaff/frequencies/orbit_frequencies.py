@@ -26,8 +26,7 @@ from .frequency_map import checked_signals
 from .fundamental import fastest, values
 from .kernels.loops import Loops
 from .readings import SampledOrbits, read
-from .rooms import BUFFERS, ReusableBuffer
-from .signals import Signals, signals_of
+from .signals import BUFFERS, ReusableBuffer, Signals, signals_of
 from .windows import cosine_window
 
 LEAST = 64
