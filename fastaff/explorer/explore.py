@@ -403,7 +403,7 @@ def _formula(system: System) -> str:
             else type(inner).__name__
         )
         return said if system.symplectic else f"{said} (not symplectic)"
-    whole = system.nonseparable or getattr(inner, "momenta", ())
+    whole = system.nonseparable or bool(getattr(inner, "momenta", ()))
     where = ", turning frame" if system.frame and not whole else ""
     return f"{'H' if whole else 'V'} = {text}{where}" if isinstance(text, str) else type(inner).__name__
 
