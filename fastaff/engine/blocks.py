@@ -15,7 +15,7 @@ import sys
 import types as python_types
 import weakref
 from collections import Counter, namedtuple
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -60,7 +60,7 @@ def _compilable(cls: type, state: int) -> type:
 
 def rows_of(value: Any, n: int, vectors: int) -> StateRows:
     """Return the rows of a state of a model, or of a section's argument, by the terms of its equations."""
-    terms = getattr(getattr(value, "kind", None), "terms", frozenset())
+    terms: Set[str] = getattr(getattr(value, "kind", None), "terms", frozenset())
     variables = 0
     if "rates" in terms:
         variables = len(value.coordinates)
