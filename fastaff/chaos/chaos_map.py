@@ -12,18 +12,16 @@ from numpy.typing import ArrayLike
 from ..core.classification import Classification
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, flag, listed, portion, shown, whole
+from ..core.numbers import Callback, Passes, flag, listed, portion, shown, whole
 from ..core.status import Status, describe
 from ..engine.kernels.readings import LN10
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along, put
 from ..runs.flow import Flow, energy_error, mark_drift
-from ..runs.launch import Callback
-from ..runs.options import Options, Problem
+from ..runs.options import Options, Problem, stable_plan
 from ..runs.requirements import checked_system
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
-from ..runs.tangent_map import stable_plan
 from ..systems.models.contracts import Dynamics
 from .indicator import MANY, Indicators, IndicatorStyle, checked_indicators, judged, refuse
 from .indicators import MEGNO, SALI, indicators_of

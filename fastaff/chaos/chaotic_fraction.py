@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import entries, function, numbers, portion, positive, shown, texts
+from ..core.numbers import Callback, entries, function, numbers, portion, positive, shown, texts
 from ..core.status import Status, counted
 from ..results.calls import axes_of, coerces_arguments, names_of, records_call
 from ..results.result import Result, along
-from ..runs.launch import Callback
 from ..runs.requirements import current_system
 from ..runs.schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..runs.starts import in_rows

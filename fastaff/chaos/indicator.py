@@ -12,10 +12,9 @@ import numpy as np
 from ..core.classification import Classification
 from ..core.docstrings import inserts_parameters
 from ..core.names import named
-from ..core.numbers import listed, real, shown
+from ..core.numbers import Callback, listed, real, shown
 from ..runs import observers
 from ..runs.flow import Flow
-from ..runs.launch import Callback
 from ..runs.requirements import check_needs
 from ..systems.models.mechanics import System
 

@@ -13,17 +13,17 @@ import numpy as np
 
 from ..core.classification import Classification
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import fits, whole
+from ..core.numbers import Callback, fits, whole
 from ..core.status import Status
 from ..engine.kernels import birkhoff
 from ..engine.kernels.samples import ROWS
+from ..engine.packing import launch, units
 from ..frequencies.frequencies import FrequencyMap
 from ..frequencies.frequency_map import FrequencyWork, checked_signals
 from ..frequencies.map_frequencies import map_frequencies_of
 from ..frequencies.turning import CHANGED
 from ..runs import observers
 from ..runs.flow import Flow, no_memory
-from ..runs.launch import Callback, launch, units
 from ..runs.requirements import current_system
 from ..runs.scales import motion
 from ..systems.models.contracts import Angles

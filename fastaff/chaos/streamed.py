@@ -10,19 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from ..core.numbers import fits, number_of_steps, shown
+from ..core.numbers import Callback, fits, number_of_steps, shown
 from ..core.status import Status
-from ..core.sums import length, total
 from ..engine.kernels import readings
 from ..engine.kernels.deviations import ROWS, layout
 from ..runs import observers
-from ..runs.flow import Ensemble, Flow, no_memory
-from ..runs.launch import Callback, early
+from ..runs.flow import Ensemble, Flow, early, no_memory
 from ..runs.options import Plan
 from ..runs.requirements import carried
 from ..runs.scales import motion, natural_rates
 from ..runs.tangent_map import checked_deviations
-from ..systems.models.mechanics import System
+from ..systems.models.mechanics import System, length, total
 from .indicator import Indicator, VectorIndicator, Watch, threshold_of
 
 DEPENDENT = 1e-10

@@ -6,6 +6,7 @@ import contextlib
 import math
 import operator
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,9 @@ SINGLE = (int, float, complex, np.generic, str, bytes)
 
 StrPath = str | os.PathLike[str]
 """A path."""
+
+Callback = Callable[[float], None]
+"""Called about ten times a second with the fraction of the work that is done."""
 
 
 def positive(name: str, value: Any) -> float:

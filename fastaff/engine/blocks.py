@@ -15,26 +15,26 @@ import sys
 import types as python_types
 import weakref
 from collections import Counter, namedtuple
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 
-from ..core.identity import by_identity, forget
 from ..core.numbers import listed, shown
 from . import cache, jit, map_sums, map_texts, nystrom
 from .callees import Callee
-from .fingerprint import fingerprint, is_number, is_ours, methods_of, state_of
+from .fingerprint import fingerprint, is_ours
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .numba_private import AbstractTemplate, AttributeTemplate, infer_getattr, lower_builtin
 from .plane_loops import angle_of
-from .pointers import Bound, Calls, call_table
-from .state_rows import StateRows, rows_of
+from .pointers import COLUMNS, Calls
+from .state_rows import StateRows
 from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
+from .values import built, is_value, methods_of, parameters
 
 KEPT = 1024
 """Compiled blocks, and methods in them, that a process keeps for the next call: those of some hundred models. The code
@@ -43,70 +43,6 @@ of what is let go stays in LLVM's memory, which it never frees: whoever uses it 
 
 PREAMBLES = ("Failed in ", "- Resolution failure")
 """Beginnings of Numba's lines before the one that names the error."""
-
-
-def is_value(candidate: Any) -> bool:
-    """Tell whether `candidate` is a NamedTuple instance."""
-    return isinstance(candidate, tuple) and hasattr(candidate, "_fields")
-
-
-def parameters(value: Any) -> np.ndarray:
-    """Flatten the float parameters of a NamedTuple of NamedTuples, in field order."""
-    return _known(value)[1].copy()
-
-
-@by_identity
-def _known(value: Any) -> tuple[tuple[str, tuple], np.ndarray]:
-    """Return the line and classes of `_built`, and the numbers; a call needs them some forty times."""
-    flat: list[float] = []
-    classes: dict[type, str] = {}
-    line = f"    value = {_walk(value, flat, classes)}\n"
-    built = line, tuple((cls, name, state_of(cls)) for cls, name in classes.items())
-    return built, np.array(flat, dtype=np.float64) if flat else np.zeros(1)
-
-
-def is_as_met(value: Any) -> bool:
-    """Tell whether the classes of a value have the methods that they had when this value was first used. If not, what
-    is known of it is forgotten.
-    """
-    if all(state_of(cls) == state for cls, _, state in _built(value)[1]):
-        return True
-    forget(value)
-    return False
-
-
-def _float(name: str, number: Any) -> float:
-    try:
-        return float(number)
-    except OverflowError:
-        raise ValueError(f"{name} must be within the range of floats") from None
-
-
-def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
-    """Collect parameters and classes; return the source text that builds `value` from `params`."""
-    name = classes.setdefault(type(value), f"Value{len(classes)}")
-    arguments = []
-    declared = getattr(type(value), "__annotations__", {})
-    for field, entry in zip(value._fields, value, strict=True):
-        number = getattr(declared.get(field), "__forward_arg__", declared.get(field)) in (float, int, "float", "int")
-        if is_value(entry) and not number:
-            try:
-                arguments.append(_walk(entry, flat, classes))
-            except (TypeError, ValueError) as problem:
-                raise type(problem)(f"{type(value).__name__}.{field}: {problem}") from None
-        elif isinstance(entry, tuple) and entry and all(map(is_number, entry)) and not number:
-            arguments.append("(" + "".join(f"params[{len(flat) + j}], " for j in range(len(entry))) + ")")
-            flat.extend(_float(f"{type(value).__name__}.{field}", part) for part in entry)
-        elif is_number(entry):
-            arguments.append(f"params[{len(flat)}]")
-            flat.append(_float(f"{type(value).__name__}.{field}", entry))
-        else:
-            raise TypeError(
-                f"{type(value).__name__}.{field} must be a float{'' if number else ' or a NamedTuple of floats'}, got "
-                f"{shown(entry)} "
-                f"({type(entry).__name__})" + (": wrap it, univariate(f)" if inspect.isfunction(entry) else "")
-            )
-    return f"{name}({', '.join(arguments) or '0.0'})"
 
 
 @functools.lru_cache(maxsize=KEPT)
@@ -122,11 +58,16 @@ def _compilable(cls: type, state: int) -> type:
     return twin
 
 
-def _built(value: Any) -> tuple[str, tuple]:
-    """Return the line of text that makes `value` of params, and its classes with their names there and the states of
-    their methods.
-    """
-    return _known(value)[0]
+def rows_of(value: Any, n: int, vectors: int) -> StateRows:
+    """Return the rows of a state of a model, or of a section's argument, by the terms of its equations."""
+    terms: Set[str] = getattr(getattr(value, "kind", None), "terms", frozenset())
+    variables = 0
+    if "rates" in terms:
+        variables = len(value.coordinates)
+    elif "nonseparable" in terms:
+        variables = 2 * n
+    winding = tuple(period > 0 for period in value.periods()) if "iterates" in terms else ()
+    return StateRows(n, vectors, terms, variables, winding, nonquadratic=hasattr(value, "tangent_velocity"))
 
 
 def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0) -> Any:
@@ -136,7 +77,7 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    return _model_block(kind, *_built(value), rows_of(value, degrees_of_freedom, vectors))
+    return _model_block(kind, *built(value), rows_of(value, degrees_of_freedom, vectors))
 
 
 @functools.lru_cache(maxsize=KEPT)
@@ -167,7 +108,7 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
     scheme; terms: the forces in each of its sums.
     """
     rows = replace(rows_of(value, degrees_of_freedom, vectors), nonquadratic=False)  # T is quadratic for these schemes
-    return _nystrom_block(kind, *_built(value), rows, terms)
+    return _nystrom_block(kind, *built(value), rows, terms)
 
 
 @functools.lru_cache(maxsize=KEPT)
@@ -217,7 +158,7 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     n = getattr(value, "degrees_of_freedom", None) if degrees_of_freedom is None else degrees_of_freedom
     if n is None:
         raise TypeError(f"degrees_of_freedom must be given for {type(value).__name__}, which has none of its own")
-    line, classes = _built(value)
+    line, classes = built(value)
     rows = rows_of(value, n, vectors)
     texts = _texts(rows)
     if kind not in texts:
@@ -228,18 +169,46 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
 
 def function_block(function: Any) -> Any:
     """Return the compiled block of a function of one variable."""
-    line, classes = _built(function)
+    line, classes = built(function)
     takes = "must be a formula that Numba compiles (NumPy functions, no other Python functions)"
     with _explained(f"{type(function).__name__} {takes}"):
         return _compiled("value", line + ONE_VARIABLE, classes, ())
 
 
+class Bound(NamedTuple):
+    """A compiled function with its parameters, and the table of its own calls."""
+
+    function: Any
+    parameters: np.ndarray
+    table: np.ndarray
+
+
+def call_table(own: np.ndarray, calls: tuple[Bound, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parameters of a function, `own` and those of its calls, and the table of the calls.
+
+    The rows of the calls' own calls come after all calls, with ranges that count from the calls' own
+    beginnings.
+    """
+    row = len(calls)
+    at = len(own)
+    table = np.zeros((row + sum(len(call.table) for call in calls), len(COLUMNS)), np.int64)
+    for number, call in enumerate(calls):
+        ends = at + len(call.parameters), row + len(call.table)
+        table[number] = call.function.address, at, ends[0], row, ends[1]
+        table[row : ends[1]] = call.table
+        at, row = ends
+    return np.concatenate([own, *(call.parameters for call in calls)]), table
+
+
 def signals_block(angles: Any, rows: int, kept: tuple[int, ...]) -> Bound:
     """Return the compiled function of the kept signals of angles at states of this number of rows."""
-    line, classes = _built(angles)
-    with _explained(f"angles must have signals that Numba compiles, {type(angles).__name__} does not"):
-        block = _compiled("value", line + signals(rows, kept), classes, ())
-    return Bound(block, *call_table(parameters(angles), ()))
+    return Bound(_signals_block(*built(angles), rows, kept), *call_table(parameters(angles), ()))
+
+
+@functools.lru_cache(maxsize=KEPT)
+def _signals_block(line: str, classes: tuple, rows: int, kept: tuple[int, ...]) -> Any:
+    with _explained(f"angles must have signals that Numba compiles, {classes[0][0].__name__} does not"):
+        return _compiled("value", line + signals(rows, kept), classes, ())
 
 
 def rows_block(order: tuple[int, ...]) -> Bound:
@@ -270,11 +239,16 @@ def step_block(function: Callable) -> Any:
 
 def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls: bool) -> Any:
     """Return the compiled observer function(value, [calls,] *sizes, lanes, ...); `value` is built from params."""
-    line, classes = _built(value)
+    return _observer_block(*built(value), function, sizes, calls)
+
+
+@functools.lru_cache(maxsize=KEPT)
+def _observer_block(line: str, classes: tuple, function: Callable, sizes: tuple[int, ...], calls: bool) -> Any:
     names = ("keep", _compiled_function(function)), *([("Calls", Calls)] if calls else [])
     return _compiled("observe", line + observed(sizes, calls), classes, names)
 
 
+@functools.lru_cache(maxsize=KEPT)
 def reading_block(function: Callable, parameters: int, view: Callable) -> Any:
     """Return the compiled reading function(growth, i, *parameters), where growth = view(n, k, m, memory)."""
     plain = getattr(function, "py_func", function)

@@ -7,10 +7,8 @@ cannot be keyed is compiled, but never kept on disk.
 from __future__ import annotations
 
 import enum
-import functools
 import hashlib
 import inspect
-import itertools
 import types as python_types
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -21,8 +19,7 @@ import numpy as np
 from . import sources
 from .numba_private import CPUDispatcher
 from .sources import COMPILED, PACKAGE, ROOT
-
-TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
+from .values import methods_of
 
 KNOWN_MODULES = {"math": "", "cmath": "", "numpy": np.__version__}
 """Modules whose functions and numbers methods may read, with their versions."""
@@ -209,43 +206,3 @@ def _read(function: Any) -> list[tuple[str, Any]]:
 
 def _in_package(code: python_types.CodeType) -> bool:
     return code.co_filename.startswith(str(ROOT))
-
-
-_NUMBERS = itertools.count()
-
-CLASSES = 256
-"""Classes whose replaced methods are remembered at once."""
-
-
-@functools.lru_cache(maxsize=CLASSES)
-def _states(_: type) -> list[tuple[int, int, dict[str, Any]]]:
-    """The states in which a class was met: their numbers, the sizes of its dictionary, its methods."""
-    return []
-
-
-def state_of(cls: type) -> int:
-    """Return the number of the methods that a class has now: another where some were replaced, the first again where
-    that was undone.
-    """
-    states = _states(cls)
-    now = cls.__dict__
-    for number, size, methods in states:
-        if size == len(now) and all(now.get(name) is method for name, method in methods.items()):
-            return number
-    states.append((next(_NUMBERS), len(now), dict(methods_of(cls))))
-    return states[-1][0]
-
-
-def methods_of(cls: type) -> list[tuple[str, Callable]]:
-    """Return the methods of a NamedTuple that it does not share with all tuples, with their names."""
-    return [
-        (name, entry)
-        for name, entry in vars(cls).items()
-        if inspect.isfunction(entry) and name not in TUPLE_NAMES and not name.startswith("__")
-    ]
-
-
-def is_number(entry: Any) -> bool:
-    """Tell whether an entry is a real number."""
-    taken = isinstance(entry, (int, float, np.integer, np.floating))
-    return taken and not isinstance(entry, (bool, np.timedelta64))

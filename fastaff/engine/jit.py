@@ -152,20 +152,29 @@ class BlockFunction(types.WrapperAddressProtocol):
         # the hash of a text is quick
         self._signature = signature
         self.shown = str(signature)
-        self._address: Any = compiled.address
+        self.address: int = compiled.address
+        """The address of its code, which is kept for good."""
 
     def __wrapper_address__(self) -> int:
-        return self._address
+        return self.address
 
     def signature(self) -> Any:
         return self._signature
 
 
-def block_function(function: Callable, signature: Any, *, cache: bool) -> Callable | BlockFunction:
-    """Compile `function` for use as a kernel argument (the function itself where the JIT is disabled). The name of its
-    module is a key of all that it reads.
+FUNCTIONS: dict[int, Callable] = {}
+"""Block functions by the numbers that replace their addresses where the JIT is disabled."""
+
+
+def block_function(function: Any, signature: Any, *, cache: bool) -> Any:
+    """Compile `function` for use as a kernel argument, or by its `address` (the function itself where the JIT is
+    disabled). The name of its module is a key of all that it reads.
     """
-    return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache, keyed=True)
+    if not JIT_DISABLED:
+        return BlockFunction(function, signature, cache=cache, keyed=True)
+    function.address = id(function)
+    FUNCTIONS[function.address] = function
+    return function
 
 
 _f8 = types.float64

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Set
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ..core.numbers import listed
 from .damping import FRICTION
@@ -44,10 +44,24 @@ class Kind:
             raise ValueError(f"terms must be {allowed}, got {listed(sorted(terms))}")
         object.__setattr__(self, "terms", terms)
 
-    @property
+    @functools.cached_property
     def words(self) -> Set[str]:
-        """The words that refusals depend on: its terms, and the properties of each."""
-        return words_of(self.terms)
+        """The words that refusals depend on: its terms and the properties of each. These are "drifts" or "kicks", the
+        stage of its substep, and "energy" if it adds to H; a frame has none, as the least energy at a place with it is
+        known.
+        """
+        found = {*self.terms}
+        for entry in map(TERMS.__getitem__, self.terms):
+            found |= {"term", *entry.words} | (
+                set() if entry.substep is None else {"substep", f"{entry.substep.stage}s"}
+            )
+            found |= {"energy"} if entry.energy != "0" and entry is not FRAME else set()
+        return frozenset(found)
+
+    @functools.cached_property
+    def own(self) -> Term | None:
+        """The term that splittings solve with their drifts or kicks, None where there is none."""
+        return own_of(self.terms)
 
     SEPARABLE: ClassVar[Kind]
     DRIVEN: ClassVar[Kind]
@@ -79,37 +93,6 @@ OPTIONS = {option: name for name, entry in TERMS.items() for option in entry.opt
 """The terms by the names of the arguments of `formulas.hamiltonian` and options of commands that make them."""
 
 
-def term(name: str) -> Any:
-    """Return a property that tells whether the `terms` of its owner have this one of the TERMS."""
-    return property(lambda owner: name in owner.terms, doc=TERMS[name].does)
-
-
-def terms_of(value: Any) -> Set[str]:
-    """Return the terms of a value's equations, by its kind; none where it has no `Kind`, as a section."""
-    return getattr(getattr(value, "kind", None), "terms", frozenset())
-
-
-def words_of(terms: Set[str]) -> Set[str]:
-    """Return these terms and the properties of each: its words, "drifts" or "kicks", the stage of its substep, and
-    "energy" if it adds to H; a frame has none, as the least energy at a place with it is known.
-    """
-    found = {*terms}
-    for entry in map(TERMS.__getitem__, terms):
-        found |= {"term", *entry.words} | (set() if entry.substep is None else {"substep", f"{entry.substep.stage}s"})
-        found |= {"energy"} if entry.energy != "0" and entry is not FRAME else set()
-    return frozenset(found)
-
-
 def own_of(terms: Set[str]) -> Term | None:
     """Return the term that splittings solve with their drifts or kicks, None where there is none."""
     return next((TERMS[name] for name in terms if TERMS[name].substep is not None), None)
-
-
-def velocity_bends(value: Any) -> bool:
-    """Return whether a model has the change of its velocities along a vector: its T need not be quadratic."""
-    return hasattr(value, "tangent_velocity")
-
-
-def winding_of(value: Any) -> tuple[bool, ...]:
-    """Return which rows (2n,) of a map have a period; () where the value is no map."""
-    return tuple(period > 0 for period in value.periods()) if "iterates" in terms_of(value) else ()

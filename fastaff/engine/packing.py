@@ -1,9 +1,13 @@
-"""Kernels of units of work, called by address with their arguments as 64-bit words; threads share the units."""
+"""Kernels of units of work, called by address with their arguments as 64-bit words.
+
+Python's own threads share the units. `launch` runs them with progress and Ctrl-C.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import functools
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -11,11 +15,11 @@ import numba
 import numpy as np
 from numba import types
 
+from ..core.numbers import Callback
 from .callees import Callee
-from .jit import JIT_DISABLED, POINTS, BlockFunction
+from .jit import JIT_DISABLED, LANES, POINTS, BlockFunction
 from .numba_private import cgutils, intrinsic, models, register_model
-from .pointers import address
-from .threads import Task, default_threads, ending
+from .threads import Task, default_threads, ending, own_threads, together, works
 
 QUICK = 0x405
 """Flags of an array that is contiguous (NPY_ARRAY_C_CONTIGUOUS), owns its data (NPY_ARRAY_OWNDATA) and is writable
@@ -60,7 +64,7 @@ def _pack(arguments: tuple, words: list, kinds: list) -> None:
             words += argument.words
             kinds += argument.kinds
         elif isinstance(argument, BlockFunction):
-            words.append(address(argument))
+            words.append(argument.address)
             kinds.append(argument.shown)
         elif isinstance(argument, tuple):
             kinds += (type(argument), len(argument))
@@ -187,7 +191,7 @@ def shares(
     key = tuple(kinds)
     if key not in _ENTRIES:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, _values(arguments))))
-    enter = _UNITS(address(_ENTRIES[key]))
+    enter = _UNITS(_ENTRIES[key].address)
     memory = np.array(words, np.int64)
     size = min(max(units // (PARTS * threads), 1), MOST_UNITS)
 
@@ -224,3 +228,50 @@ def _values(arguments: tuple) -> list:
 def run_points(work: Callable, arguments: tuple, points: int) -> None:
     """Run work(portion, *arguments) for all portions of POINTS points, by the threads that kernels use by default."""
     run_units(work, arguments, -(-points // POINTS), threads=default_threads())
+
+
+BRIEF = 10_000
+"""Most steps of an orbit for which the caller's own thread does the work: Ctrl-C waits at most a fraction of a second,
+while another thread takes the time of a hundred steps to wake up.
+"""
+
+
+def launch(
+    kernel: Callable,
+    arguments: tuple,
+    progress: np.ndarray,
+    work: float,
+    threads: int,
+    callback: Callback | None,
+    steps: float = math.inf,
+) -> None:
+    """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a
+    worker thread.
+
+    The main thread draws progress. Ctrl-C there sets stop[0], which kernels poll; KeyboardInterrupt is raised when the
+    kernel has put its state back. Work of at most BRIEF `steps` of an orbit runs in this thread; a worker takes part in
+    the work that it begins.
+    """
+    stop = np.zeros(1, np.int64)
+
+    def tell() -> None:
+        if callback is not None and work > 0:
+            callback(min(1.0, float(progress.sum()) / work))
+
+    if (steps <= BRIEF or works()) and not JIT_DISABLED:
+        few = 1 if steps <= BRIEF else own_threads(threads)
+        run_units(kernel, (stop, progress, *arguments), progress.size, threads=few)
+        tell()
+        return
+    calls, end = shares(kernel, (stop, progress, *arguments), progress.size, threads)
+
+    def halt() -> None:
+        stop.fill(1)
+        end()
+
+    together(calls, halt, tell)
+
+
+def units(orbits: int, size: int = LANES) -> np.ndarray:
+    """Return a progress of 0 for each unit of `size` orbits."""
+    return np.zeros(math.ceil(orbits / size), np.int64)

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numpy as np
 from numba import types
 
-from .jit import JIT_DISABLED, SIGNATURES, BlockFunction, jit
+from .jit import FUNCTIONS, JIT_DISABLED, SIGNATURES, jit
 from .numba_private import cgutils, intrinsic
 
 
@@ -34,43 +33,6 @@ class Calls(NamedTuple):
 
     table: Any
     parameters: Any
-
-
-class Bound(NamedTuple):
-    """A compiled function with its parameters, and the table of its own calls."""
-
-    function: Any
-    parameters: np.ndarray
-    table: np.ndarray
-
-
-def call_table(own: np.ndarray, calls: tuple[Bound, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the parameters of a function, `own` and those of its calls, and the table of the calls.
-
-    The rows of the calls' own calls come after all calls, with ranges that count from the calls' own
-    beginnings.
-    """
-    row = len(calls)
-    at = len(own)
-    table = np.zeros((row + sum(len(call.table) for call in calls), len(COLUMNS)), np.int64)
-    for number, call in enumerate(calls):
-        ends = at + len(call.parameters), row + len(call.table)
-        table[number] = address(call.function), at, ends[0], row, ends[1]
-        table[row : ends[1]] = call.table
-        at, row = ends
-    return np.concatenate([own, *(call.parameters for call in calls)]), table
-
-
-_FUNCTIONS: dict[int, Callable] = {}
-"""The functions by the number that replaces their address where the JIT is disabled."""
-
-
-def address(function: Any) -> int:
-    """Return the address of a compiled function, which must be kept: block functions are, for good."""
-    if isinstance(function, BlockFunction):
-        return function.__wrapper_address__()
-    _FUNCTIONS[id(function)] = function
-    return id(function)
 
 
 def _called(context, builder, pointer, signature, parts, given):
@@ -95,7 +57,7 @@ def _called(context, builder, pointer, signature, parts, given):
 def caller(kind: str) -> Callable:
     """Return the function that calls the block function of that kind at an address."""
     if JIT_DISABLED:
-        return lambda at, *arguments: _FUNCTIONS[at](*arguments)
+        return lambda at, *arguments: FUNCTIONS[at](*arguments)
     expected = SIGNATURES[kind]
 
     @intrinsic

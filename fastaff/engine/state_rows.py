@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Set
 from dataclasses import dataclass
-from typing import Any
 
-from .kinds import own_of, term, terms_of, velocity_bends, winding_of
+from .kinds import own_of
 from .terms import Substep, Term
 
 VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
@@ -39,8 +38,15 @@ class StateRows:
     winding: tuple[bool, ...] = ()
     nonquadratic: bool = False
 
-    driven = term("drive")
-    nonseparable = term("nonseparable")
+    @property
+    def driven(self) -> bool:
+        """Whether it has the row of the time of a drive."""
+        return "drive" in self.terms
+
+    @property
+    def nonseparable(self) -> bool:
+        """Whether its slopes are those of H(q, p)."""
+        return "nonseparable" in self.terms
 
     @property
     def own(self) -> Term | None:
@@ -143,18 +149,6 @@ class StateRows:
         if self.own is None or self.solves(stage) is None:
             return ""
         return f"rate = value.{self.own.rate}()\n" + "".join(map(self.own.slopes, self.parts(rows)))
-
-
-def rows_of(value: Any, n: int, vectors: int) -> StateRows:
-    """Return the rows of a state of a model, or of a section's argument, by the terms of its equations."""
-    terms = terms_of(value)
-    if "rates" in terms:
-        variables = len(value.coordinates)
-    elif "nonseparable" in terms:
-        variables = 2 * n
-    else:
-        variables = 0
-    return StateRows(n, vectors, terms, variables, winding_of(value), velocity_bends(value))
 
 
 def listed(letter: str, rows: Iterable[int]) -> str:

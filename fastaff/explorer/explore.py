@@ -16,8 +16,8 @@ from ..core.placing import write_atomically
 from ..results.progress import says_progress
 from ..results.provenance import provenance
 from ..results.result import Result
+from ..runs.options import cheapest
 from ..runs.requirements import check_given, checked_system, suited_scheme
-from ..runs.schemes.automatic import cheapest
 from ..runs.schemes.catalogue import Splitting, scheme_named
 from ..runs.schemes.collocation import GAUSS16, Collocation
 from ..sections.energy_grid import EnergyGrid, NotReached
@@ -403,7 +403,7 @@ def _formula(system: System) -> str:
             else type(inner).__name__
         )
         return said if system.symplectic else f"{said} (not symplectic)"
-    whole = system.nonseparable or getattr(inner, "momenta", ())
+    whole = system.nonseparable or bool(getattr(inner, "momenta", ()))
     where = ", turning frame" if system.frame and not whole else ""
     return f"{'H' if whole else 'V'} = {text}{where}" if isinstance(text, str) else type(inner).__name__
 

@@ -8,14 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.numbers import shown
-from ..engine.blocks import rows_block, signals_block
-from ..engine.pointers import Bound, call_table
+from ..engine.blocks import Bound, call_table, rows_block, signals_block
 from ..results.calls import names_of
 from ..systems.models.angles import AlphaBeta, Cylindrical, Polar, RVartheta
 from .fundamental import run
 from .kernels import fundamental as kernels
-from .rooms import ReusableBuffer
-from .signals import Signals
+from .signals import ReusableBuffer, Signals
 
 
 class Plain(NamedTuple):

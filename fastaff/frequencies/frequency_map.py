@@ -11,15 +11,14 @@ import numpy as np
 from ..core.classification import is_regular
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, fits, kind_of, shown, whole
+from ..core.numbers import Callback, Passes, fits, kind_of, shown, whole
 from ..core.status import Status
 from ..engine.jit import LANES
 from ..engine.kernels.samples import CHUNK_ROWS
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..runs import observers, scales
-from ..runs.accuracy import HALVINGS
+from ..runs.accuracy import HALVINGS, round_down_to_grid
 from ..runs.flow import Ensemble, Flow, energy_error, mark_drift
-from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import check_needs, checked_model
 from ..runs.scales import natural_rates
@@ -33,9 +32,7 @@ from .frequencies import FrequencyMap
 from .fundamental import fastest
 from .map_frequencies import map_frequencies
 from .readings import SampledOrbits, read
-from .rooms import BUFFERS, ReusableBuffer
-from .sampling import LONGEST, pilot_share, resolving, sample_counts
-from .signals import Signals
+from .signals import BUFFERS, ReusableBuffer, Signals
 from .turning import unresolved
 from .windows import BRIEF
 
@@ -60,7 +57,7 @@ BODY_DENSE = 0.8
 FINER = 0.1
 """Share of the progress that runs with finer steps take."""
 
-PILOT = 0.4
+PILOT_WORK = 0.4
 """Work of short runs with half the step, in units of the run, for the progress."""
 
 READING = 6.0
@@ -71,6 +68,21 @@ PARTS = 8
 
 BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
+
+PILOT = 16
+"""Most parts of the time, of which a pilot with half the step takes one: it shows the step's error."""
+
+PILOT_STEPS = 128
+"""Least steps of a pilot."""
+
+PILOT_SAMPLES = 48
+"""Least samples of a pilot."""
+
+SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
+"""Numbers of samples: few, as orbits of equal numbers are read together, all multiples of those of pilots."""
+
+LONGEST = 1.5
+"""Radians of the fastest small oscillation of an orbit that a step may have: more would show another frequency."""
 
 
 @coerces_arguments(z0=starts_of, scheme=scheme_of, signals=named_signals)
@@ -328,9 +340,9 @@ class FrequencyWork:
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)
         signals, run = self._sampled(
-            flow, orbits, self.time, counts, BUFFERS.signals, passes.take(1.0, PILOT + READING)
+            flow, orbits, self.time, counts, BUFFERS.signals, passes.take(1.0, PILOT_WORK + READING)
         )
-        told = passes.take(PILOT, READING)
+        told = passes.take(PILOT_WORK, READING)
         start, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, BUFFERS.starts, told)
         self.ensemble.take(orbits, run)
         self.used[orbits] = self.time / steps
@@ -425,3 +437,30 @@ class FrequencyWork:
         slow = known * unresolved(nu[:-1] / known, self.time * known)
         error[:-1] = error[:-1] + np.where(found, slow, 0.0)
         return nu, error
+
+
+def resolving(flow: Flow, rate: np.ndarray, time: float) -> Flow:
+    """Return the flow with steps that resolve the fastest oscillation (orbits,) of each orbit, however weak."""
+    long = rate * flow.step > LONGEST
+    if not long.any():
+        return flow
+    return replace(flow, step=np.where(long, round_down_to_grid(LONGEST / np.where(long, rate, 1.0), time), flow.step))
+
+
+def sample_counts(need: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return numbers of samples (orbits,), few different ones, that are enough for those needed and take few more steps
+    than `steps`.
+    """
+    need = np.clip(need, SIZES[0], SIZES[-4])
+    first = np.searchsorted(SIZES, need * (1 - 1e-9))
+    choice = SIZES[first[:, None] + np.arange(3)]
+    cost = choice * -(-steps[:, None] // choice) / steps[:, None] + 0.1 * choice / need[:, None]
+    return np.take_along_axis(choice, cost.argmin(axis=1)[:, None], axis=1)[:, 0]
+
+
+def pilot_share(steps: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the divisor of steps and samples for the pilot: PILOT, or a smaller power of 2 that leaves it PILOT_STEPS
+    and PILOT_SAMPLES.
+    """
+    room = np.maximum(np.minimum(steps // PILOT_STEPS, counts // PILOT_SAMPLES), 1)
+    return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..engine.packing import launch
 from ..engine.threads import by_workers
-from ..runs.launch import launch
 from .integer_lattice import ball
 from .kernels import dual_loops, line_lattice, loop_lines, loop_transforms
 from .kernels import fundamental as kernels
@@ -27,8 +27,7 @@ from .kernels.harmonic_inversion import SPACING
 from .kernels.line_lattice import FoundLattices, LatticeLimits, RankedLines
 from .kernels.loop_transforms import SUMS, Bands, Spectra
 from .kernels.loops import Loops, loop_values
-from .rooms import BUFFERS
-from .signals import Signals
+from .signals import BUFFERS, Signals
 from .windows import APART_ORDER, apart_window, cosine_window, fast_lengths, growth_windows, tables_for, tabulated
 
 LINES = 16

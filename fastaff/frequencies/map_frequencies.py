@@ -11,13 +11,12 @@ import numpy as np
 
 from ..core.classification import Classification
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import fits, shown, whole
+from ..core.numbers import Callback, fits, shown, whole
 from ..core.status import Status
 from ..engine.threads import by_portions
 from ..runs import observers
 from ..runs.flow import Ensemble, Flow, no_memory
 from ..runs.given_orbits import given_orbits, lengths
-from ..runs.launch import Callback
 from ..runs.options import Problem
 from ..runs.requirements import check_given
 from .angle_lines import LineTable
@@ -26,9 +25,8 @@ from .classify import MANY_TURNS
 from .frequencies import FrequencyMap
 from .inverted_lines import inverted_values
 from .plane_modes import driven, entangled
-from .rooms import ReusableBuffer
 from .running_turns import ROWS, running_means
-from .signals import signals_of
+from .signals import ReusableBuffer, signals_of
 from .tunes import EXACT, FALLBACK, LEAST, SHORT, TuneWork
 from .turning import CHANGED, COST, LOCKED, ROUNDING, calm_change, from_whole, relations
 

@@ -13,12 +13,11 @@ from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import an_array, checked_callback, positive, whole
+from ..core.numbers import Callback, an_array, checked_callback, positive, whole
 from ..core.status import counted
 from ..engine.threads import checked_threads, together, works
 from ..results.progress import says_progress
 from ..results.result import Result, along
-from ..runs.launch import Callback
 from .kernels.naff_fit import fit_lines, sums_of
 from .kernels.naff_lines import NaffWindow, workspace
 from .windows import tabulated

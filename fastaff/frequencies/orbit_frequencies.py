@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import checked_callback, shown, whole
+from ..core.numbers import Callback, checked_callback, shown, whole
 from ..core.status import Status
 from ..engine.threads import checked_threads
 from ..results.calls import coerces_arguments
 from ..results.progress import says_progress
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
-from ..runs.launch import Callback
 from ..runs.requirements import checked_model
 from ..systems.models.contracts import Angles, Dynamics
 from .angle_loops import Plain, SignalLayout, named_signals, suited
@@ -27,8 +26,7 @@ from .frequency_map import checked_signals
 from .fundamental import fastest, values
 from .kernels.loops import Loops
 from .readings import SampledOrbits, read
-from .rooms import BUFFERS, ReusableBuffer
-from .signals import Signals, signals_of
+from .signals import BUFFERS, ReusableBuffer, Signals, signals_of
 from .windows import cosine_window
 
 LEAST = 64

@@ -13,13 +13,25 @@ from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import MOST, an_array, checked_callback, fits, numbers, positive, real, shown, texts, whole
+from ..core.numbers import (
+    MOST,
+    Callback,
+    an_array,
+    checked_callback,
+    fits,
+    numbers,
+    positive,
+    real,
+    shown,
+    texts,
+    whole,
+)
 from ..core.status import Status, counted, describe
 from ..engine.jit import LANES
+from ..engine.packing import launch
 from ..engine.threads import checked_threads
 from ..results.progress import says_progress
 from ..results.result import Result, along
-from ..runs.launch import Callback, launch
 from .kernels.resonance import relations
 from .own_lines import with_turn
 

@@ -11,14 +11,13 @@ import numpy as np
 from ..core.classification import Classification, is_regular
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import checked_callback, whole
+from ..core.numbers import Callback, checked_callback, whole
 from ..core.status import Status, describe, of_single
 from ..engine.plane_loops import COLUMNS
 from ..engine.threads import by_portions, checked_threads
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
-from ..runs.launch import Callback
 from .angle_lines import AngleLines, LineTable
 from .angle_loops import Plain, SignalLayout
 from .classify import MANY_TURNS

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.sums import total
+from ..engine.packing import launch
 from ..engine.plane_loops import COLUMNS, MOMENTS
 from ..engine.threads import by_portions
-from ..runs.launch import launch
+from ..systems.models.mechanics import total
 from .integer_lattice import ball, one_of_each
 from .kernels import tunes as kernels
 from .windows import SPANS, damping, weight_at

@@ -15,6 +15,7 @@ import numpy as np
 from ..core.numbers import fits, kind_of, numbers, shown
 from ..core.status import Status
 from ..engine.kernels import crossings as kernels
+from ..engine.values import at_points
 from ..results.display import screen
 from ..runs import observers
 from ..runs.flow import Ensemble, Flow, no_memory
@@ -24,7 +25,6 @@ from ..runs.scales import motion
 from ..runs.schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
 from ..sections.crossing_run import SPARE, follow_crossings, start_crossings
 from ..systems.models.mechanics import System
-from ..systems.models.pointwise import at_points
 from ..systems.models.sections import Stroboscopic
 from .own_units import Scale
 

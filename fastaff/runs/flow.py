@@ -16,12 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.identity import by_identity
-from ..core.numbers import fits, number_of_steps
+from ..core.numbers import Callback, fits, number_of_steps
 from ..core.status import Status
-from ..core.sums import length
 from ..engine import nystrom
-from ..engine.blocks import idle_block, model_block, nystrom_block, parameters, step_block
+from ..engine.blocks import idle_block, model_block, nystrom_block, step_block
 from ..engine.jit import LANES
 from ..engine.kernels import crossing_roots as roots
 from ..engine.kernels import escape
@@ -32,12 +30,11 @@ from ..engine.kernels.drive import FixedSteps, RunningOrbits, run_along, run_fix
 from ..engine.kernels.samples import DAMPING_ROWS, lost_until
 from ..engine.kernels.stepping import Blocks, Coefficients, runge_kutta
 from ..engine.lane_sums import VECTOR
-from ..engine.packing import Packed, run_units
-from ..engine.pointers import address
+from ..engine.packing import Packed, launch, run_units, units
 from ..engine.threads import by_portions
-from ..systems.models.mechanics import System
+from ..engine.values import by_identity, parameters
+from ..systems.models.mechanics import System, length
 from . import observers
-from .launch import Callback, launch, units
 from .observers import Observer
 from .requirements import energy_drift
 from .schemes.catalogue import DOP853, Collocation, Nystrom, Scheme, Splitting
@@ -336,9 +333,9 @@ def blocks_of(system: System, vectors: int = 0, step: Callable | None = None, **
         for place, kind in kinds.items()
     }
     if step is not None:
-        found["step"], derivative = step_block(step), address(model_block("derivative", system.model, n, vectors))
+        found["step"], derivative = step_block(step), model_block("derivative", system.model, n, vectors).address
     if system.poles:
-        leapt = address(model_block("leapt", system.model, n, vectors))
+        leapt = model_block("leapt", system.model, n, vectors).address
     idle = {place: idle_block(place) for place in Blocks._fields[1:-2] if place not in found}
     return Blocks(parameters(system.model), **found, **idle, derivative=derivative, leapt=leapt)
 
@@ -368,15 +365,20 @@ def stepping(flow: Any, *kinds: str, solo: bool = False) -> tuple[Packed, Packed
 
 
 def _coefficients(flow: Any) -> Coefficients:
-    scheme = flow.scheme
-    if isinstance(scheme, (Splitting, Nystrom)):
-        if isinstance(scheme, Nystrom):
-            copies = 2
-        elif flow.precise:
-            copies = 3
-        else:
-            copies = 1
-        return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=_spare(flow))
+    """Return the scheme for kernels, with the rows that the system adds."""
+    found = _tables(flow.scheme)
+    if isinstance(flow.scheme, Splitting):
+        return found._replace(copies=3 if flow.precise else 1, spare=_spare(flow))
+    return found._replace(spare=_spare(flow)) if isinstance(flow.scheme, Nystrom) else found
+
+
+@by_identity
+def _tables(scheme: Scheme) -> Coefficients:
+    """Return the arrays of a scheme, which kernels only read."""
+    if isinstance(scheme, Splitting):
+        return Coefficients(scheme.drift_array, scheme.kick_array)
+    if isinstance(scheme, Nystrom):
+        return Coefficients(scheme.drift_array, scheme.kick_array, copies=2)
     if isinstance(scheme, Collocation):
         a = scheme.a_array
         b = scheme.b_array
@@ -394,7 +396,7 @@ def _spare(flow: Any) -> int:
     if isinstance(scheme, Nystrom):
         n = flow.model.degrees_of_freedom
         return nystrom.spare_rows(n, n * (1 + flow.vectors), scheme.stages)
-    return 0 if substep is None else substep.spare_rows(scheme.drift_array.size, scheme.kick_array.size)
+    return 0 if substep is None else substep.spare_rows(len(scheme.drift), len(scheme.kick))
 
 
 DAMPING_STEPS = 2, 4, 8, 16, 32
@@ -1005,3 +1007,21 @@ class Flow:
         arguments = *stepping(self), steps, table
         launch(roots.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
         return table
+
+
+def early(callback: Callback | None, flow: Any, ensemble: Any, time: float, share: float = 1.0) -> Callback | None:
+    """Return a callback for a run whose orbits may end before `time`: it takes the fraction of all steps, and reports
+    that of the steps needed, by the share that ended orbits have needed, or `share` while there are none.
+    """
+    if callback is None or flow.adaptive:  # which counts orbits
+        return callback
+    steps = np.broadcast_to(flow.steps(time), ensemble.count.shape)
+    begun = ensemble.count.copy()
+
+    def tell(fraction: float) -> None:
+        taken = ensemble.count - begun
+        ended = taken > 0
+        need = taken[ended].sum() / steps[ended].sum() if ended.any() else share
+        callback(min(1.0, fraction / need))
+
+    return tell

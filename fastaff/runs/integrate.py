@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, fits, portion, shown, whole
+from ..core.numbers import Callback, Passes, fits, portion, shown, whole
 from ..core.status import Status, describe
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
@@ -21,7 +21,6 @@ from .accuracy import is_dominated, planned, refine_steps, until
 from .coordinates import chart_row
 from .flow import Damping, Ensemble, Flow, energy_error, mark_drift, no_memory
 from .given_orbits import SAMPLED
-from .launch import Callback
 from .options import Options, Problem
 from .requirements import energy_drift
 from .scales import motion

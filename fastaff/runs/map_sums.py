@@ -6,9 +6,9 @@ import numpy as np
 
 from ..engine.kernels.drive import FixedSteps, run_fixed
 from ..engine.kernels.stepping import Coefficients
+from ..engine.packing import launch, units
 from . import observers
 from .flow import Ensemble, Flow, blocks_of, no_memory
-from .launch import launch, units
 
 
 def extended(ensemble: Ensemble, rows: np.ndarray) -> Ensemble:

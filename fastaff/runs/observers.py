@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..engine.blocks import model_block, observer_block, parameters, reading_block
+from ..engine.blocks import Bound, call_table, model_block, observer_block, reading_block
 from ..engine.jit import LANES
 from ..engine.kernels import birkhoff, pairs
 from ..engine.kernels import crossings as crossing_kernels
@@ -23,7 +23,7 @@ from ..engine.kernels import deviations as deviation_kernels
 from ..engine.kernels import readings as reading_kernels
 from ..engine.kernels import samples as sample_kernels
 from ..engine.kernels import time_levels as level_kernels
-from ..engine.pointers import Bound, call_table
+from ..engine.values import parameters
 
 
 class NoNumbers(NamedTuple):

@@ -9,27 +9,41 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import numbers, positive, shown
+from ..core.numbers import Callback, numbers, positive, shown
 from ..engine.threads import checked_threads
 from ..systems.models.mechanics import System
+from .accuracy import chosen_steps, round_down_to_grid
 from .flow import Flow
-from .launch import Callback
 from .requirements import (
     check_derivatives,
     check_given,
     check_needs,
     checked_scheme,
     checked_system,
+    checked_tangent_system,
     current_system,
     phase_points,
     suited_scheme,
 )
-from .scales import MotionScales, motion
-from .schemes.automatic import Automatic, CandidateTrial, cheapest, fastest, quickest
-from .schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
+from .scales import MotionScales, motion, vector_rates
+from .schemes.automatic import Automatic, CandidateTrial
+from .schemes.catalogue import (
+    BLANES_CASAS_ESCORIHUELA8,
+    BLANES_MOAN6,
+    DOP853,
+    GAUSS8,
+    GAUSS16,
+    ITERATION,
+    KAHAN_LI8,
+    RKN12,
+    Collocation,
+    Nystrom,
+    RungeKutta,
+    Splitting,
+)
 from .schemes.time_transformed import TimeTransformed
 from .time_transformed import prepared
-from .trials import chosen_steps, round_down_to_grid, trials_in_time
+from .trials import trials_in_time
 
 ACCURACY = 1e-10
 """Accuracy of states where the user gives neither a step nor an accuracy."""
@@ -52,6 +66,20 @@ DRIFTING = 10.0
 """Least multiple of the accuracy above which an orbit drifts: orbits within their accuracy have errors up to twice
 that, at steep walls.
 """
+
+COARSE = 1e-7
+"""Error of states above which order 6 needs the fewest forces, also over hundreds of periods."""
+
+DRIVEN = 1e-11
+"""Accuracy for driven systems from which on RKN12 is taken if a second run determines the error at the end."""
+
+NATURAL = 1e-12
+"""The same for other systems. RKN12 is faster than a splitting from 1e-9 (driven) and 1e-12 (others) on, but takes some
+seconds to compile for a model: it is not the default without an accuracy.
+"""
+
+FINE = 1e-11
+"""Error of states down to which GAUSS8 is faster than GAUSS16, by the race of bench/nonseparable.py."""
 
 
 @dataclass(frozen=True)
@@ -216,6 +244,33 @@ class Problem:
         return plan(self.model, self.z0, self.options, **how)
 
 
+def cheapest(error: float, quadratic: bool) -> Splitting:
+    """Return the splitting with the fewest forces for an error of states, for T quadratic in the momenta or not.
+
+    Source: the race of bench/test_schemes.py, docs/explanation/schemes.md.
+    """
+    if not quadratic:
+        return KAHAN_LI8
+    return BLANES_MOAN6 if error >= COARSE else BLANES_CASAS_ESCORIHUELA8
+
+
+def quickest(accuracy: float, driven: bool) -> Splitting | Nystrom:
+    """Return the scheme that takes the least time for an accuracy of states at the end of a run, confirmed by a second
+    run, for accelerations that depend on the coordinates, and on time, alone.
+
+    Source: the race of bench/test_schemes.py, docs/explanation/schemes.md.
+    """
+    return RKN12 if accuracy <= (DRIVEN if driven else NATURAL) else cheapest(accuracy, quadratic=True)
+
+
+def fastest(error: float) -> Collocation:
+    """Return the collocation that takes the least time for an error of states, of H(q, p).
+
+    Source: the race of bench/nonseparable.py.
+    """
+    return GAUSS8 if error >= FINE else GAUSS16
+
+
 class Plan(NamedTuple):
     """Hold the flow and the initial states of a run.
 
@@ -337,6 +392,19 @@ def plan(
         flow = replace(flow, step=steps if time is None else round_down_to_grid(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
     return Plan(flow, z, "; ".join(why), found)
+
+
+def stable_plan(problem: Problem) -> Plan:
+    """Return the plan of a run with tangent vectors, its flow as yet without them.
+
+    A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
+    """
+    system = checked_tangent_system(problem.model)
+    found = problem.plan()
+    if problem.options.step is None and found.flow.fixed:
+        steps = np.minimum(found.flow.step, 1 / vector_rates(system, found.z))
+        found = found._replace(flow=replace(found.flow, step=steps))
+    return found
 
 
 def _iterated(system: System, z: np.ndarray, options: Options) -> Plan:

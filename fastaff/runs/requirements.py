@@ -14,15 +14,13 @@ from typing import Any
 import numpy as np
 
 from ..core.foreign import call_for
-from ..core.identity import by_identity
 from ..core.numbers import LONGEST, kind_of, listed, numbers, reason, shown, titled
-from ..engine.blocks import is_as_met, is_value, parameters
 from ..engine.kinds import Kind
+from ..engine.values import FAILS, at_points, by_identity, is_as_met, is_value, parameters
 from ..systems.charts import Chart
 from ..systems.formulas.section_text import section_forms
 from ..systems.models.contracts import Autonomous, Map, Nonseparable, Potential, Section, SeparableModel
 from ..systems.models.mechanics import System, system_of
-from ..systems.models.pointwise import FAILS, at_points
 from ..systems.models.sections import Stroboscopic
 from .schemes.catalogue import Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from .schemes.time_transformed import TimeTransformed
@@ -38,7 +36,7 @@ NEEDS: dict[str, frozenset[str]] = {
     "a page": frozenset({"kicks"}),
 }
 """The need of an analysis as a whole: the terms that it does not take, by name or by their words
-(`engine.kinds.words_of`).
+(`engine.kinds.Kind`).
 """
 
 _WHOLE = (

@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.status import Status
-from ..core.sums import length, total
 from ..engine.jit import LANES
-from ..engine.kernels.averages import scales
+from ..engine.kernels.samples import scales
+from ..engine.packing import run_units
 from ..engine.threads import by_portions
+from ..engine.values import at_points
 from ..systems.models.maps import jacobian
-from ..systems.models.mechanics import System, stacked
-from ..systems.models.pointwise import at_points
+from ..systems.models.mechanics import System, length, stacked, total
 from .flow import ESCAPE, FARTHEST, Ensemble, Flow, escape_radii
 from .observers import columns
 from .schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4
@@ -52,6 +52,25 @@ def fastest_rates(system: System, z: np.ndarray, step: Any) -> np.ndarray:
             growth = length(change)
             u = change / np.where(growth > 0, growth, 1.0)
     return np.sqrt(np.where(np.isfinite(growth), growth, 0.0)) + system.frame_rate
+
+
+def vector_rates(system: System, z: np.ndarray) -> np.ndarray:
+    """Return the largest angular frequency (orbits,) of deviation vectors of the states z (2n, orbits): power iteration
+    on the Hessian.
+    """
+    if not system.separable:
+        return fastest_rates(system, z, np.inf)
+    n = system.n
+    q = z[:n]
+    direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)
+    square = np.zeros(q.shape[1])
+    with np.errstate(all="ignore"):
+        for _ in range(20):
+            direction = system.without_time(direction / length(direction))
+            change = stacked(at_points(system.model, "tangent_force", *q, *direction), q)
+            direction = system.tangent_velocities(z[n:], change)
+            square = length(direction)
+    return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate
 
 
 def linear_rates(system: System, z: np.ndarray) -> np.ndarray:
@@ -432,7 +451,8 @@ def _measured(system: System, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray,
             return _measured_together(system, z)
         v, p, F = seen(system, z)
         T = system.kinetic_energies(np.concatenate([z[: len(p)], p]) if system.frame else z)
-        scales(np.ascontiguousarray(W), F, v, p, T, rate, largest)
+        arguments = np.ascontiguousarray(W), F, v, p, T, rate, largest
+        run_units(scales, arguments, -(-rate.size // LANES), threads=1)
     return rate, largest
 
 

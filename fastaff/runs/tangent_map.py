@@ -10,20 +10,16 @@ from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import numbers
+from ..core.numbers import Callback, numbers
 from ..core.status import Status
-from ..core.sums import length
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
 from ..systems.models.contracts import Dynamics
-from ..systems.models.mechanics import System, stacked
-from ..systems.models.pointwise import at_points
-from . import observers, scales
+from . import observers
 from .coordinates import chart_row
 from .flow import Ensemble, Flow, energy_error, mark_drift, no_memory
-from .launch import Callback
-from .options import Options, Plan, Problem
-from .requirements import carried, checked_tangent_system
+from .options import Options, Problem, stable_plan
+from .requirements import carried
 from .schemes.catalogue import Scheme, scheme_of
 from .starts import starts_of
 
@@ -168,38 +164,6 @@ def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) ->
         step=flow.step,
         names=flow.system.row_names,
     )
-
-
-def stable_plan(problem: Problem) -> Plan:
-    """Return the plan of a run with tangent vectors, its flow as yet without them.
-
-    A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
-    """
-    system = checked_tangent_system(problem.model)
-    found = problem.plan()
-    if problem.options.step is None and found.flow.fixed:
-        steps = np.minimum(found.flow.step, 1 / fastest_rates(system, found.z))
-        found = found._replace(flow=replace(found.flow, step=steps))
-    return found
-
-
-def fastest_rates(system: System, z: np.ndarray) -> np.ndarray:
-    """Return the largest angular frequency (orbits,) of small oscillations around each state of z: power iteration on
-    the Hessian.
-    """
-    if not system.separable:
-        return scales.fastest_rates(system, z, np.inf)
-    n = system.n
-    q = z[:n]
-    direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)
-    square = np.zeros(q.shape[1])
-    with np.errstate(all="ignore"):
-        for _ in range(20):
-            direction = system.without_time(direction / length(direction))
-            change = stacked(at_points(system.model, "tangent_force", *q, *direction), q)
-            direction = system.tangent_velocities(z[n:], change)
-            square = length(direction)
-    return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate
 
 
 def checked_deviations(deviation_vectors: Any, z: np.ndarray) -> np.ndarray:

@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ..core.numbers import fits, shown
+from ..core.numbers import Callback, fits, shown
 from ..core.status import Status
 from ..engine.kernels.crossings import LOCATED, NOTHING, RECORD
 from ..engine.kernels.time_levels import ROWS
 from ..systems.models.mechanics import System, system_of
 from ..systems.models.sections import Hyperplane
 from . import observers
-from .flow import Ensemble, Flow
-from .launch import Callback, early
+from .flow import Ensemble, Flow, early
 from .observers import Observer
 from .requirements import energy_drift
 from .scales import typical_rate

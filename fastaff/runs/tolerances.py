@@ -13,16 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from ..core.numbers import Passes
+from ..core.numbers import Callback, Passes
 from ..core.status import Status
+from ..engine.values import at_points
 from ..systems.models.mechanics import System
-from ..systems.models.pointwise import at_points
-from .accuracy import AGAIN, LOST, NOISE, Steps, effective_distance
+from .accuracy import AGAIN, LOST, NOISE, SPAN, Steps, effective_distance
 from .flow import Flow
-from .launch import Callback
 from .scales import MotionScales
 from .schemes.catalogue import VERNER9
-from .trials import SPAN
 
 # tests/runs/test_nonseparable.py measures the coverage of errors with these constants, bench/nonseparable.py the cost.
 

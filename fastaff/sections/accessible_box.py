@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.descent import Floor, descended
-from ..systems.models.pointwise import at_points
+from ..engine.values import at_points
 from .allowed_region import crossings, extrema, radii
 
 SEED = 20

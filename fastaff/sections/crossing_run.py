@@ -10,14 +10,15 @@ import numpy as np
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Passes, fits
 from ..core.status import Status
+from ..engine.jit import LANES
 from ..engine.kernels import crossings as kernels
 from ..engine.kernels.crossing_roots import compact, gather
 from ..engine.kernels.crossings import RECORD
 from ..engine.kernels.samples import DAMPING_ROWS
+from ..engine.packing import run_units
 from ..engine.threads import by_portions
 from ..runs import observers
-from ..runs.flow import Ensemble, Flow, energy_error
-from ..runs.launch import early
+from ..runs.flow import Ensemble, Flow, early, energy_error
 from ..runs.requirements import energy_drift
 from ..runs.scales import typical_rate
 from ..runs.time_transformed import TransformedFlow
@@ -212,8 +213,7 @@ def follow_crossings(
         try:
             flow.locate(section, records, found[:most])
         finally:
-            sort = lambda at: compact(rows, out[at], written[at], limit[at], left[at])  # noqa: E731
-            by_portions(sort, orbits, out.shape[1], flow.threads)
+            run_units(compact, (rows, out, written, limit, left), -(-orbits // LANES), threads=flow.threads)
             ensemble.status[left & (written < wanted)] = Status.INTERRUPTED
             memory[kernels.ROWS.written] = written
             memory[kernels.ROWS.certain] = written
@@ -296,9 +296,13 @@ def _result(flow, system: System, ensemble, section, wanted, memory, out, tolera
     status = ensemble.status.copy()
     residual = np.empty(orbits)
 
+    def fill() -> None:
+        """Read the points from the first `counts` records."""
+        run_units(gather, (out, counts, points, times, residual), -(-orbits // LANES), threads=flow.threads)
+
     def look(at: slice) -> None:
+        """Find the errors, the statuses and the numbers of points of some orbits."""
         ended = status[at]
-        gather(at.start, at.stop, out, counts, points, times, residual)
         if tolerance is not None:
             found = ensemble.of(at)
             drift = energy_drift(flow.system, points[:, at], found.energy[:, None], found.scale[:, None])
@@ -308,7 +312,6 @@ def _result(flow, system: System, ensemble, section, wanted, memory, out, tolera
             worst = drift.max(axis=1)
             if beyond.any():
                 counts[at] = np.where(beyond.any(axis=1), np.minimum(counts[at], beyond.argmax(axis=1)), counts[at])
-                gather(at.start, at.stop, out, counts, points, times, residual)
             worst = np.where(ended == Status.OK, np.maximum(worst, energy_error(flow.system, found)), worst)
             ended[(ended == Status.OK) & (worst > bound)] = Status.ENERGY_DRIFT
             error[at] = np.maximum(worst, 0.0)
@@ -320,7 +323,11 @@ def _result(flow, system: System, ensemble, section, wanted, memory, out, tolera
         for first in range(at.start, at.stop, most):
             look(slice(first, min(first + most, at.stop)))
 
+    fill()
+    read = counts.copy()
     by_portions(some, orbits, wanted * rows, flow.threads)
+    if (counts < read).any():
+        fill()
     return SectionMap(
         points=points.transpose(0, 2, 1),
         times=times.T,

@@ -9,15 +9,15 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted, partial_result_on_interrupt
-from ..core.numbers import MOST, fits, portion, positive, shown, whole
+from ..core.numbers import MOST, Callback, fits, portion, positive, shown, whole
 from ..core.status import Status
 from ..engine.kernels.crossing_roots import conditioning_of
+from ..engine.packing import launch, units
 from ..engine.threads import by_portions
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import put
 from ..runs.accuracy import Steps, planned, refine_steps, until
 from ..runs.flow import Damping, Flow
-from ..runs.launch import Callback, launch, units
 from ..runs.observers import bound
 from ..runs.options import Options, Problem
 from ..runs.requirements import check_given, checked_section, checked_system, phase_points

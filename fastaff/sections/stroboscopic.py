@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import fits, portion
+from ..core.numbers import Callback, fits, portion
 from ..core.status import Status
 from ..runs import observers
 from ..runs.accuracy import Steps, planned, refine_steps, until
 from ..runs.flow import Damping, Flow, energy_error, no_memory
 from ..runs.integrate import Compared
-from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import energy_drift
 from ..runs.scales import motion

@@ -9,11 +9,12 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
+from ..core.numbers import Callback
 from ..core.status import Status, describe, of_single
+from ..engine.packing import launch, units
 from ..engine.threads import checked_threads
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
-from ..runs.launch import Callback, launch, units
 from ..runs.requirements import current_system, phase_points
 from ..runs.starts import starts_of
 from ..systems.charts.chart import Chart

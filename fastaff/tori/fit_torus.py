@@ -14,14 +14,13 @@ from ..chaos.chaos_map import chaos_map
 from ..core.classification import Classification
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Passes, positive, shown
+from ..core.numbers import Callback, Passes, positive, shown
 from ..core.status import Status
 from ..frequencies.integer_lattice import quotient, relations
 from ..frequencies.orbit_frequencies import orbit_frequencies
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.progress import says_progress
 from ..runs.given_orbits import ends, given_orbits
-from ..runs.launch import Callback
 from ..runs.options import Options, Problem
 from ..runs.requirements import checked_system, current_system, phase_points
 from ..runs.schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of

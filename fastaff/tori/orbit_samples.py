@@ -7,14 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.numbers import fits
+from ..core.numbers import Callback, fits
 from ..core.status import Status
+from ..engine.values import at_points
 from ..runs.flow import Flow, mark_drift
-from ..runs.launch import Callback
 from ..runs.options import Problem
 from ..runs.requirements import energy_drift
 from ..runs.scales import motion
-from ..systems.models.pointwise import at_points
 from .lines import pieces_of
 from .series import weights
 from .torus import TorusFit, flow_of_turns, image, nothing, periods_of, point, resting, rows_of, without_periods

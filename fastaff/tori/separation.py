@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.numbers import kind_of, listed, shown
-from ..engine.blocks import function_block, parameters
+from ..engine.blocks import function_block
+from ..engine.values import parameters
 from ..results.progress import says_progress
 from ..runs.requirements import checked_function, checked_system, current_system, phase_points
 from ..systems.charts.chart import Chart

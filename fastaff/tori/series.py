@@ -18,10 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.numbers import Passes, portion
+from ..core.numbers import Callback, Passes, portion
 from ..engine.kernels.birkhoff import SHARPNESS
 from ..frequencies.integer_lattice import box, first_basis
-from ..runs.launch import Callback
 
 KERNEL = 16
 """Values of a transform around a frequency of which its value there is a sum."""

@@ -15,13 +15,13 @@ import numpy as np
 from ..core.classification import Classification
 from ..core.numbers import numbers, shown, whole
 from ..core.status import Status, counted
+from ..engine.values import at_points
 from ..frequencies.integer_lattice import determinant, inverse
 from ..results.result import Result, along
 from ..runs.flow import Flow
 from ..runs.options import Options, Problem
 from ..runs.requirements import current_system
 from ..systems.models.mechanics import System
-from ..systems.models.pointwise import at_points
 from .series import actions, evaluate
 
 GRID = 512

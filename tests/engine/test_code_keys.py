@@ -27,11 +27,11 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff.engine import cache as files
-from fastaff.engine import code_folder, jit, room, sources
+from fastaff.engine import code_folder, jit, room, sources, values
 from fastaff.engine import fingerprint as keys
-from fastaff.engine.blocks import parameters
 from fastaff.engine.jit import SIGNATURES
 from fastaff.engine.kernels import birkhoff, stepping
+from fastaff.engine.values import parameters
 from fastaff.frequencies.kernels import loop_lines
 from fastaff.systems.formulas import library
 from fastaff.tori.kernels import wells
@@ -206,7 +206,7 @@ def own_classes():
     """The package's classes of values with methods that kernels may call."""
     modules = (fa.models, fa.models.functions, fa.models.sections, fa.models.angles)
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
-    found = {cls for cls in found if issubclass(cls, tuple) and hasattr(cls, "_fields") and keys.methods_of(cls)}
+    found = {cls for cls in found if issubclass(cls, tuple) and hasattr(cls, "_fields") and values.methods_of(cls)}
     return sorted(found, key=lambda cls: cls.__qualname__)
 
 
@@ -215,20 +215,20 @@ def test_a_changed_method_of_the_package_is_not_kept(cls):
     """Of any class, any method: by a function of the user, or by that of another class, which has another key."""
     before = keys.fingerprint((cls,))
     assert before is not None
-    state = keys.state_of(cls)
-    for name, method in keys.methods_of(cls):
+    state = values.state_of(cls)
+    for name, method in values.methods_of(cls):
         with mock.patch.object(cls, name, lambda self, *rows: rows):
             assert keys.fingerprint((cls,)) is None
-            assert keys.state_of(cls) != state
+            assert values.state_of(cls) != state
         with mock.patch.object(cls, name, keys.is_ours.__get__):
-            assert keys.state_of(cls) != state
-        others = [entry for _, entry in keys.methods_of(fa.HenonHeiles) if entry.__code__ != method.__code__]
+            assert values.state_of(cls) != state
+        others = [entry for _, entry in values.methods_of(fa.HenonHeiles) if entry.__code__ != method.__code__]
         with mock.patch.object(cls, name, others[0]):
             assert keys.fingerprint((cls,)) not in (before, None)
         twin = type(method)(method.__code__.replace(co_consts=(1, 2.5)), method.__globals__, name)
         with mock.patch.object(cls, name, twin):
             assert keys.fingerprint((cls,)) != before
-        assert (keys.fingerprint((cls,)), keys.state_of(cls)) == (before, state)
+        assert (keys.fingerprint((cls,)), values.state_of(cls)) == (before, state)
 
 
 def test_a_changed_number_or_function_of_a_kernel_is_another_key(monkeypatch):
@@ -516,7 +516,7 @@ def test_the_values_that_sources_read_are_of_sources_that_they_import():
 
 
 IMPORTS = """
-import fastaff.core.sums, math
+import fastaff.core.names, math
 def f():
     if f:
         from .jit import LANES
@@ -529,7 +529,7 @@ from fastaff.systems.models import *
 
 def test_imports_are_found_wherever_they_stand():
     found = sources._targets("fastaff.engine.new", sources.parsed(IMPORTS.encode()).imports)
-    names = "core.sums", "engine.jit", "engine.blocks", "engine", "core.status", "core.numbers", "systems.models"
+    names = "core.names", "engine.jit", "engine.blocks", "engine", "core.status", "core.numbers", "systems.models"
     assert sorted(found) == sorted(f"fastaff.{name}" for name in names)
     found = sources._targets("fastaff.engine", sources.parsed(b"from .blocks import source").imports)
     assert found == ["fastaff.engine.blocks"]

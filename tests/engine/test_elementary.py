@@ -12,9 +12,10 @@ import pytest
 
 import fastaff as fa
 from fastaff.engine import elementary, substitution
-from fastaff.engine.blocks import model_block, parameters
+from fastaff.engine.blocks import model_block
 from fastaff.engine.fused import FUSED
 from fastaff.engine.jit import JIT_DISABLED, LANES
+from fastaff.engine.values import parameters
 from fastaff.systems.formulas.grammar import FUNCTIONS
 
 pytestmark = pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="they are NumPy's there")

@@ -13,9 +13,10 @@ from exact_steps import fma_exact, run_block, run_single
 
 from fastaff import Body, HenonHeiles, Hyperelastic, NeoHookean, integrate
 from fastaff.engine import source
-from fastaff.engine.blocks import model_block, parameters
+from fastaff.engine.blocks import model_block
 from fastaff.engine.fused import FUSED, fma, has_instructions
 from fastaff.engine.jit import JIT_DISABLED, LANES, SIGNATURES, BlockFunction
+from fastaff.engine.values import parameters
 from fastaff.runs.schemes import BLANES_MOAN6, KAHAN_LI8
 
 fused = pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="no such instruction")

@@ -11,8 +11,7 @@ from fastaff.frequencies.fundamental import Loops, tables_of
 from fastaff.frequencies.inverted_lines import inverted
 from fastaff.frequencies.kernels import dual_loops, harmonic_inversion, loop_lines, spectrum_lines
 from fastaff.frequencies.kernels import fundamental as kernels
-from fastaff.frequencies.rooms import ReusableBuffer
-from fastaff.frequencies.signals import Signals, signals_of
+from fastaff.frequencies.signals import ReusableBuffer, Signals, signals_of
 from fastaff.frequencies.windows import APART_ORDER, BRIEF, apart_window, cosine_window, tables_for
 from fastaff.runs.options import Options, plan
 

@@ -20,7 +20,7 @@ import fastaff as fa
 from fastaff.results.result import Result
 from fastaff.runs import flow
 from fastaff.runs.flow import escape_radii
-from fastaff.runs.tangent_map import fastest_rates
+from fastaff.runs.scales import vector_rates
 from fastaff.systems.models.mechanics import system_of
 
 HH, BODY, HARMONIC, X, TURN = battery.HH, battery.BODY, battery.HARMONIC, battery.X, battery.TURN
@@ -323,7 +323,7 @@ CHAIN = fa.hamiltonian(
 """Nine masses on springs: sums over nine rows, which NumPy orders by the company."""
 
 
-@pytest.mark.parametrize("scale", [escape_radii, fastest_rates, lambda chain, z: chain.inverse_masses(z)])
+@pytest.mark.parametrize("scale", [escape_radii, vector_rates, lambda chain, z: chain.inverse_masses(z)])
 def test_scales_of_many_rows_know_no_company(scale):
     z = np.random.default_rng(3).normal(size=(18, 50))
     system = system_of(CHAIN)

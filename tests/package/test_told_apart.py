@@ -10,7 +10,7 @@ import pkgutil
 import pytest
 
 import fastaff as fa
-from fastaff.core.identity import told_apart
+from fastaff.engine.values import told_apart
 
 ROOMS = ("systems.models", "systems.charts", "runs.schemes")
 

@@ -15,7 +15,7 @@ from fastaff.core.numbers import Passes
 from fastaff.results import progress
 from fastaff.results.calls import records_call
 from fastaff.results.progress import says_progress
-from fastaff.runs.launch import early
+from fastaff.runs.flow import early
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,11 @@ from scipy.special import ellipj, ellipk
 
 import fastaff as fa
 from fastaff.runs import accuracy as accuracy_module
-from fastaff.runs.accuracy import SLIGHTLY, Steps, shortening
+from fastaff.runs.accuracy import SLIGHTLY, Steps, round_down_to_grid, shortening
 from fastaff.runs.flow import Damping
 from fastaff.runs.options import Options, plan
 from fastaff.runs.scales import motion
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
-from fastaff.runs.trials import round_down_to_grid
 from fastaff.sections import poincare_map as poincare_module
 from fastaff.systems.models.mechanics import system_of
 from fastaff.systems.models.sections import Stroboscopic

@@ -27,7 +27,8 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.runs import flow, launch
+from fastaff.engine import packing
+from fastaff.runs import flow
 from fastaff.runs.flow import ESCAPE, FARTHEST, Flow, escape_radii
 from fastaff.runs.observers import Observer
 from fastaff.runs.schemes import Splitting
@@ -368,7 +369,7 @@ def test_short_runs_have_the_bits_of_long_ones(monkeypatch, options):
     seen = []
     short = integrate(BALL, states(BALL, 5), time=3.0, callback=seen.append, **options)
     assert seen[-1] == 1.0
-    monkeypatch.setattr(launch, "BRIEF", 0)
+    monkeypatch.setattr(packing, "BRIEF", 0)
     assert_same(integrate(BALL, states(BALL, 5), time=3.0, **options), short)
 
 

@@ -16,10 +16,11 @@ from scipy.spatial.transform import Rotation
 
 import fastaff as fa
 from fastaff.engine import source
-from fastaff.engine.blocks import model_block, parameters
+from fastaff.engine.blocks import model_block
 from fastaff.engine.fused import FUSED
 from fastaff.engine.jit import JIT_DISABLED, LANES
 from fastaff.engine.turning import FRAME, turn
+from fastaff.engine.values import parameters
 from fastaff.jobs import EnergySurface, InitialConditions, Job, Model, PoincareOptions
 from fastaff.jobs.system import described
 from fastaff.runs.schemes.catalogue import KAHAN_LI8, SCHEMES, Splitting

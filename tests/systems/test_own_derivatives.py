@@ -130,7 +130,7 @@ class Broken(NamedTuple):
 def test_points_outside_of_a_domain_are_nan_and_the_others_are_not():
     from math import sqrt
 
-    from fastaff.systems.models.pointwise import at_points
+    from fastaff.engine.values import at_points
 
     class Root(NamedTuple):
         k: float = 2.0

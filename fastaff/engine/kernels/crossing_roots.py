@@ -435,13 +435,13 @@ def conditioning_of(unit, stop, progress, section, nudge, z, size, speed, result
     progress[unit] = lanes
 
 
-@jit
-def compact(rows, out, counts, limit, unlocated):
-    """Keep the located records of each orbit's row after the start and up to its limit (orbits,), without gaps, NaN
-    after them; counts (orbits,) becomes their number. unlocated (orbits,) tells which orbits have other records left.
+def compact(unit, rows, out, counts, limit, unlocated):
+    """Keep the located records of the row of each orbit of a unit, after the start and up to its limit (orbits,),
+    without gaps, NaN after them; counts (orbits,) becomes their number. unlocated (orbits,) tells which orbits have
+    other records left.
     """
     width = RECORD.state + rows
-    for o in range(out.shape[0]):
+    for o in range(unit * LANES, min((unit + 1) * LANES, counts.size)):
         kept = 0
         for slot in range(counts[o]):
             time = out[o, slot * width + RECORD.time]
@@ -457,14 +457,13 @@ def compact(rows, out, counts, limit, unlocated):
         counts[o] = kept
 
 
-@jit
-def gather(first, last, out, counts, points, times, residual):
-    """Set points (rows, orbits, crossings) and times (orbits, crossings) of the orbits first, ..., last - 1 from their
-    first counts[o] records, NaN after them, and residual (orbits,) to the largest section function.
+def gather(unit, out, counts, points, times, residual):
+    """Set points (rows, orbits, crossings) and times (orbits, crossings) of the orbits of a unit from their first
+    counts[o] records, NaN after them, and residual (orbits,) to the largest section function.
     """
     rows, _, wanted = points.shape
     width = RECORD.state + rows
-    for o in range(first, last):
+    for o in range(unit * LANES, min((unit + 1) * LANES, counts.size)):
         residual[o] = 0.0
         for slot in range(wanted):
             c = slot * width

@@ -1,4 +1,4 @@
-"""Samples of running orbits."""
+"""Samples of running orbits, and the natural frequencies that follow from them."""
 
 from __future__ import annotations
 
@@ -271,3 +271,40 @@ def called_rows(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
 def nothing(value, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: keep nothing."""
     return 0
+
+
+def scales(unit, W, force, velocity, momentum, kinetic, rate, largest):
+    """Set rate (orbits,), of the orbits of a unit, to (<F.W F>/<p.v>)^(1/2) of all samples that are finite, largest to
+    their largest T.
+
+    W (n, n, orbits); force, velocity, momentum (n, samples, orbits); kinetic (samples, orbits).
+    """
+    n, samples, orbits = force.shape
+    first = unit * LANES
+    lanes = min(LANES, orbits - first)
+    pull = np.zeros(lanes)
+    move = np.zeros(lanes)
+    top = np.full(lanes, -np.inf)
+    turned = np.empty(lanes)
+    pulled = np.empty(lanes)
+    moved = np.empty(lanes)
+    for s in range(samples):  # loops over orbits innermost: vectors
+        pulled[:] = 0.0
+        moved[:] = 0.0
+        for i in range(n):
+            turned[:] = 0.0
+            for j in range(n):
+                for o in range(lanes):
+                    turned[o] += W[i, j, first + o] * force[j, s, first + o]
+            for o in range(lanes):
+                pulled[o] += force[i, s, first + o] * turned[o]
+                moved[o] += momentum[i, s, first + o] * velocity[i, s, first + o]
+        for o in range(lanes):
+            T = kinetic[s, first + o]
+            sound = np.isfinite(pulled[o]) and np.isfinite(moved[o]) and np.isfinite(T)
+            pull[o] += pulled[o] if sound else 0.0
+            move[o] += moved[o] if sound else 0.0
+            top[o] = max(top[o], T if sound else 0.0)
+    for o in range(lanes):
+        rate[first + o] = np.sqrt(np.divide(pull[o], move[o]))
+        largest[first + o] = top[o]

@@ -2,7 +2,7 @@
 them.
 """
 
-from ...core.identity import tell_apart
+from ...engine.values import tell_apart
 from .automatic import AUTO, Automatic
 from .catalogue import (
     BLANES_CASAS_ESCORIHUELA8,

@@ -14,14 +14,9 @@ from .catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
     DOP853,
-    GAUSS8,
-    GAUSS16,
     KAHAN_LI8,
-    RKN12,
     SOFRONIOU_SPALETTA10,
     VERNER9,
-    Collocation,
-    Nystrom,
     RungeKutta,
     Splitting,
 )
@@ -37,54 +32,12 @@ BETTER = {KAHAN_LI8: BLANES_CASAS_ESCORIHUELA8}
 ahead on all systems at all accuracies.
 """
 
-COARSE = 1e-7
-"""Error of states above which order 6 needs the fewest forces, also over hundreds of periods."""
-
 TRIAL_ORBITS = 64
 """Number of orbits that decide between schemes."""
 
 
 SHARE = 0.25
 """Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
-
-
-DRIVEN = 1e-11
-"""Accuracy for driven systems from which on RKN12 is taken if a second run determines the error at the end."""
-
-NATURAL = 1e-12
-"""The same for other systems. RKN12 is faster than a splitting from 1e-9 (driven) and 1e-12 (others) on, but takes some
-seconds to compile for a model: it is not the default without an accuracy.
-"""
-
-FINE = 1e-11
-"""Error of states down to which GAUSS8 is faster than GAUSS16, by the race of bench/nonseparable.py."""
-
-
-def cheapest(error: float, quadratic: bool) -> Splitting:
-    """Return the splitting with the fewest forces for an error of states, for T quadratic in the momenta or not.
-
-    Source: the race of bench/test_schemes.py, docs/explanation/schemes.md.
-    """
-    if not quadratic:
-        return KAHAN_LI8
-    return BLANES_MOAN6 if error >= COARSE else BLANES_CASAS_ESCORIHUELA8
-
-
-def quickest(accuracy: float, driven: bool) -> Splitting | Nystrom:
-    """Return the scheme that takes the least time for an accuracy of states at the end of a run, confirmed by a second
-    run, for accelerations that depend on the coordinates, and on time, alone.
-
-    Source: the race of bench/test_schemes.py, docs/explanation/schemes.md.
-    """
-    return RKN12 if accuracy <= (DRIVEN if driven else NATURAL) else cheapest(accuracy, quadratic=True)
-
-
-def fastest(error: float) -> Collocation:
-    """Return the collocation that takes the least time for an error of states, of H(q, p).
-
-    Source: the race of bench/nonseparable.py.
-    """
-    return GAUSS8 if error >= FINE else GAUSS16
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from functools import cached_property
 from itertools import chain
 from math import isfinite
 from types import MappingProxyType
@@ -139,7 +140,7 @@ class Splitting:
     adaptive = False
     """Whether it can control its step size."""
 
-    @property
+    @cached_property
     def stages(self) -> int:
         """Number of kicks in a step."""
         return sum(k != 0.0 for k in self.kick)

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ...core.numbers import shown
-from ...engine.blocks import is_value, parameters
 from ...engine.tuples import halves, scaled
+from ...engine.values import is_value, parameters
 from .catalogue import KAHAN_LI8, Splitting
 
 

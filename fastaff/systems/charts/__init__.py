@@ -62,7 +62,7 @@ not 0). At distance d from a focus of ELLIPTIC the error is larger by a factor s
 Source: Martens, Slawianowski, "Affinely-Rigid Body and Oscillatory Dynamical Models on GL(2,R)", labels as cited.
 """
 
-from ...core.identity import tell_apart
+from ...engine.values import tell_apart
 from .catalogue import (
     ALPHA_BETA,
     ALPHA_BETA_PHI_PSI,

@@ -14,10 +14,10 @@ import numpy as np
 
 from ...core.docstrings import inserts_parameters
 from ...core.foreign import dispatch_adapter
-from ...core.identity import told_apart
 from ...core.interruption import imported
 from ...core.numbers import listed, shown
 from ...engine import code_folder
+from ...engine.values import told_apart
 from ...results.progress import says_progress
 from ..models.contracts import FormulaMap
 from .arguments import checked_names, values_of

@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.identity import told_apart
 from ...core.interruption import imported
 from ...engine import cache, code_folder
 from ...engine.kinds import OPTIONS, TERMS
+from ...engine.values import told_apart
 from .equations import split
 from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ...core.identity import tell_apart
+from ...engine.values import tell_apart
 from .body import Body, HenonHeiles
 from .body3 import Body3
 from .double_pendulum import DoublePendulum

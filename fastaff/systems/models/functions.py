@@ -16,8 +16,8 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from ...core.identity import told_apart
 from ...core.numbers import reason, shown
+from ...engine.values import told_apart
 from .contracts import Arithmetic, OneVariable
 
 COMPLEX_STEP = 1e-100

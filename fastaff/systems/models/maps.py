@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...engine.values import at_points
 from .contracts import Kind
-from .pointwise import at_points
 
 TURN = 2 * np.pi
 

@@ -14,12 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from ...core.identity import by_identity
-from ...core.sums import total
-from ...engine.kinds import own_of, term, terms_of, velocity_bends, winding_of, words_of
+from ...engine.kinds import Kind
 from ...engine.terms import Substep, Term
+from ...engine.values import at_points, by_identity
 from . import maps
-from .pointwise import at_points
 
 
 @dataclass(frozen=True)
@@ -31,53 +29,77 @@ class Traits:
     model: Any
 
     @cached_property
+    def kind(self) -> Kind:
+        """The kind of its equations. A wrong one counts as that of none, until `check_kind` refuses it."""
+        kind = getattr(self.model, "kind", Kind.SEPARABLE)
+        return kind if isinstance(kind, Kind) else Kind.SEPARABLE
+
+    @property
     def terms(self) -> Set[str]:
         """The terms of its equations beside H = T(p) + V(q)."""
-        return terms_of(self.model)
-
-    driven, frame, iterated, nonseparable = map(term, ("drive", "frame", "iterates", "nonseparable"))
+        return self.kind.terms
 
     @cached_property
+    def driven(self) -> bool:
+        """Whether V depends on the time, which is its last coordinate."""
+        return "drive" in self.terms
+
+    @cached_property
+    def frame(self) -> bool:
+        """Whether its frame rotates."""
+        return "frame" in self.terms
+
+    @cached_property
+    def iterated(self) -> bool:
+        """Whether it is a map, which has whole numbers of iterates instead of a time."""
+        return "iterates" in self.terms
+
+    @cached_property
+    def nonseparable(self) -> bool:
+        """Whether its H depends on coordinates and momenta together."""
+        return "nonseparable" in self.terms
+
+    @property
     def words(self) -> Set[str]:
         """Its terms and the properties of each, which refusals depend on."""
-        return words_of(self.terms)
+        return self.kind.words
 
-    @cached_property
+    @property
     def own(self) -> Term | None:
         """The term that splittings solve with their drifts or kicks, if there is one."""
-        return own_of(self.terms)
+        return self.kind.own
 
     @property
     def substep(self) -> Substep | None:
         """The exact solution of that term in splittings."""
         return None if self.own is None else self.own.substep
 
-    @property
+    @cached_property
     def dissipative(self) -> bool:
         """Whether its energy is lost."""
         return "loss" in self.words
 
-    @property
+    @cached_property
     def canonical(self) -> bool:
         """Whether its rows are coordinates and their momenta, not variables of dz/dt = f(z)."""
         return "rates" not in self.terms
 
-    @property
+    @cached_property
     def separable(self) -> bool:
         """Whether velocities depend on momenta and forces on coordinates alone, except for a term in a substep."""
         return not self.terms & {"rates", "iterates", "nonseparable"}
 
-    @property
+    @cached_property
     def poles(self) -> bool:
         """Whether it has a method for its poles, which steps may miss."""
         return not self.iterated and _tells_of_poles(self.model)
 
-    @property
+    @cached_property
     def energetic(self) -> bool:
         """Whether it has an energy, conserved or not."""
         return self.canonical and not self.iterated
 
-    @property
+    @cached_property
     def conserves(self) -> bool:
         """Whether its motion conserves an energy, H + p_t for a driven system."""
         return self.energetic and not self.dissipative
@@ -92,7 +114,7 @@ class Traits:
         """Its number of degrees of freedom, with the time."""
         return self.model.degrees_of_freedom
 
-    @property
+    @cached_property
     def moving(self) -> int:
         """The number of its coordinates without the time; also the row of the time."""
         return self.n - self.driven
@@ -102,7 +124,7 @@ class Traits:
         """The number of rows of a phase point: 2n, or that of the variables of dz/dt = f(z)."""
         return 2 * self.n if self.canonical else len(self.model.coordinates)
 
-    @property
+    @cached_property
     def positions(self) -> int:
         """The number of arguments of its margin: coordinates, or all variables."""
         return self.n if self.separable or self.iterated else self.rows
@@ -110,7 +132,7 @@ class Traits:
     @cached_property
     def winding(self) -> tuple[bool, ...]:
         """Which rows of a map have a period, () for other systems."""
-        return winding_of(self.model)
+        return tuple(period > 0 for period in self.model.periods()) if self.iterated else ()
 
     @cached_property
     def periods(self) -> tuple[float, ...]:
@@ -158,10 +180,10 @@ class Traits:
         rest = rest - v - change
         return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())
 
-    @property
+    @cached_property
     def has_tangent_velocity(self) -> bool:
-        """Whether it has the change of its velocities along a vector."""
-        return velocity_bends(self.model)
+        """Whether it has the change of its velocities along a vector: its T need not be quadratic."""
+        return hasattr(self.model, "tangent_velocity")
 
     @cached_property
     def nonquadratic(self) -> bool:
@@ -170,7 +192,7 @@ class Traits:
             self.separable and self.has_tangent_velocity and hasattr(self.model, "tangent_force") and not self.quadratic
         )
 
-    @property
+    @cached_property
     def newtonian(self) -> bool:
         """Whether accelerations are forces times inverse masses: it is T(p) + V(q), T quadratic or without a derivative
         of its velocities.
@@ -428,6 +450,21 @@ def stacked(numbers: Any, like: np.ndarray) -> np.ndarray:
     for row, number in zip(rows, numbers, strict=True):
         row[...] = number
     return rows
+
+
+def total(rows: np.ndarray) -> np.ndarray:
+    """Return the sum over the first axis, row by row: in one order for any number of orbits. NumPy's own depends
+    on their number.
+    """
+    result = np.zeros(rows.shape[1:])
+    for row in rows:
+        result += row
+    return result
+
+
+def length(rows: np.ndarray) -> np.ndarray:
+    """Return the root of the sum of squares over the first axis, row by row."""
+    return np.sqrt(total(rows * rows))
 
 
 @by_identity
