@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
-from ...core.identity import told_apart
 from ...core.numbers import shown
+from ...engine.values import told_apart
 from ..models.matrix_potentials import of_invariants, of_stretches
 from .arguments import text_of
 from .formula import hamiltonian

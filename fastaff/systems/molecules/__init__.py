@@ -1,6 +1,6 @@
 """Molecules of atoms with pair potentials: their inertia, the body that they become, and the modes that it drops."""
 
-from ...core.identity import tell_apart
+from ...engine.values import tell_apart
 from .pair_sums import MolecularBody
 from .pairs import HarmonicBond, LennardJones, MorseBond
 from .planar_molecule import Equilibrium, MolecularModes, Molecule, Vibrations, molecule, ring
