@@ -42,7 +42,7 @@ def scanned(texts: list[str], job: Any, output: OutputFiles) -> int:
     work = ScanOfChaos(Cases(axes), job.energy_surface, job.initial_conditions, asked)
     one, z0 = _some_case(work, body, section)
     plan = JobPlan(system, section, Points(z0), {"chaos_map": asked})
-    settled("chaos-map", plan._replace(system=current_system(one)), run)
+    settled(plan._replace(system=current_system(one)), run)
     cases = work.cases.size
     facts = {
         **stated(job, plan, None),
