@@ -100,7 +100,7 @@ def _at_the_end(axes: list[Scanned], job: Job) -> Job:
 
 def _some_case(work: ScanOfChaos, model: Any, section: Any) -> tuple[Any, Any]:
     """Return the first case, from the last values on, that has orbits."""
-    from ...sections.energy_grid import NotReached
+    from ...sections.energy_shell import NotReached
 
     problem: NotReached | None = None
     for number, values in enumerate(itertools.product(*(axis.values[::-1] for axis in work.cases.axes))):
