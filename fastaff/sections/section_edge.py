@@ -155,7 +155,8 @@ def edge(
     # Dense at all ends, where the boundary is steep.
     dense = (1 - np.cos(np.linspace(0, np.pi, share))) / 2
     u = np.concatenate([part.low + (part.high - part.low) * dense for part in parts])
-    return Edge(u, *slices.ends(u))
+    reach, centre = slices.ends(u)
+    return Edge(u, reach, centre)
 
 
 def edge_parts(shell: EnergyShell) -> list[EdgePart]:
