@@ -82,8 +82,12 @@ def show_progress(shown: bool = True) -> None:
 
     Notes
     -----
-    A line costs a thread that wakes five times a second, 0.1 ms for a call. The time left follows from the completed
-    fraction and the pace of the last third of the run. Time of compilation counts for no pace.
+    A line costs a thread that wakes five times a second, 0.1 ms for a call.
+
+    References
+    ----------
+    The time left follows from the completed fraction and its rate in the last third of the run, without time of
+    compilation.
 
     Examples
     --------
