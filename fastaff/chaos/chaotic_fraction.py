@@ -21,7 +21,7 @@ from ..results.result import Result, along
 from ..runs.requirements import current_system
 from ..runs.schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..runs.starts import in_rows
-from ..sections.energy_grid import NotReached
+from ..sections.energy_shell import NotReached
 from ..systems.models.contracts import Dynamics
 from .chaos_map import chaos_map
 from .indicator import MANY, Indicators, is_indicator

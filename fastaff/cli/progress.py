@@ -15,7 +15,7 @@ import numpy as np
 from ..core.interruption import Interrupted
 from ..core.status import Status
 from ..results.calls import keep
-from ..results.progress import USED, Compilation
+from ..results.progress import Compilation
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
 
@@ -155,13 +155,13 @@ def _crossings(result: Any) -> str:
     return f" ({int(result.counts.sum())} crossings)" if hasattr(result, "counts") else ""
 
 
-def compiled(what: str, first: Any, announce: bool = True) -> None:
+def compiled(first: Callable[[], Any], announce: bool = True) -> None:
     """Run `first`, the smallest case of the coming computation, in a thread of its own, so that Ctrl-C need not wait
     for the compiler. Print a notice if it compiles.
     """
     failure: list[BaseException] = []
     finished = threading.Event()
-    compilation = Compilation(what if what in USED else what.replace("-", "_"))
+    compilation = Compilation()
 
     def work() -> None:
         try:
@@ -176,11 +176,10 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
         finished.wait(0.5)  # a small kernel is not worth a word
         while not finished.wait(0.1):
             if announce and compilation.begins:
-                say(f"compiling once (about {compilation.expected():.0f} s)")
+                say("compiling once")
                 announce = False
     if failure:
         raise failure[0]
-    compilation.end()
 
 
 def _leave_the_compiler(number: int, *_: Any) -> None:

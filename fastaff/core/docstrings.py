@@ -407,24 +407,41 @@ PARAMETERS = {
         analysis : str
             Name of the analysis, for example ``"frequency_map"``.
         """,
-    "job_run": """
+    "job_check": """
+        Parameters
+        ----------
+        run : RunOptions
+            Options of the integration.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is wrong. The message names the option.
+        """,
+    "job_trial": """
+        Parameters
+        ----------
+        few : object
+            A few orbits for a trial: system, section and z0.
         run : RunOptions
             Options of the integration.
         """,
-    "job_trial": """
-        few : object
-            A few orbits for a trial: system, section and z0.
-        """,
     "job_orbits": """
+        Parameters
+        ----------
         orbits : object
             Orbits to analyse: system, section and z0.
-        """,
-    "resolved_options": """
         resolved : dict
             Options that `resolve_defaults` returned.
+        run : RunOptions
+            Options of the integration.
+        callback : callable, optional
+            Function that is called with the completed fraction, a float from 0 to 1.
         """,
 }
-"""Entries of parameter lists in numpydoc form, by the name that stands for them."""
+"""Entries of parameter lists in numpydoc form, by the name that stands for them; whole sections for methods that
+several classes share.
+"""
 
 PLACEHOLDER = re.compile(r"^( *)\{(\w+)\}$", re.MULTILINE)
 """A line that is replaced: its indentation and the name of the entry."""

@@ -208,7 +208,7 @@ class CodeCache(NullCache):
         if code is not None:
             return CompileResult._rebuild(target_context, *code)
         CodeCache.misses += 1
-        Compiling.kernels.append(self._function.__qualname__)
+        Compiling.kernels += 1
         return None
 
     def save_overload(self, sig, data):

@@ -18,11 +18,11 @@ from ..runs.integrate import integrate
 from ..runs.requirements import checked_model, current_system
 from ..runs.scales import natural_rates
 from ..runs.schemes.catalogue import scheme_named
-from ..sections.energy_grid import lift
-from ..sections.energy_limits import Where
+from ..sections.energy_shell import EnergyShell
 from ..sections.islands import rotation_number
 from ..sections.poincare_map import poincare_map
 from ..sections.section_edge import edge
+from ..sections.section_points import lift
 from ..systems.formulas.formula import affine_body, hamiltonian
 from ..systems.formulas.grammar import TIME, UnknownName
 from ..systems.formulas.iterated_map import iterated_map, untried
@@ -153,7 +153,7 @@ class Answers:
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         first, second = (x.ravel() for x in np.meshgrid(u, v))
-        _, allowed, names = lift(Where(self.system, section, **where), first, second)
+        _, allowed, names = lift(EnergyShell(self.system, section=section, **where), first, second)
         self.orbits.clear()  # if the energy is not reached, the old orbits stay with their section
         self.section = section
         self.where = where
@@ -198,7 +198,7 @@ class Answers:
         """Return phase points over points of the section or plane, and a mask of those that exist."""
         if isinstance(self.section, Plane):
             return self.section.lift(u, v)
-        z, found, _ = lift(Where(self.system, self.section, **self.where), u, v)
+        z, found, _ = lift(EnergyShell(self.system, section=self.section, **self.where), u, v)
         return z, found
 
     def on_launch(self, message: dict[str, Any]) -> None:

@@ -20,8 +20,8 @@ from ..runs.options import cheapest
 from ..runs.requirements import check_given, checked_system, suited_scheme
 from ..runs.schemes.catalogue import Splitting, scheme_named
 from ..runs.schemes.collocation import GAUSS16, Collocation
-from ..sections.energy_grid import EnergyGrid, NotReached
-from ..sections.energy_limits import fitting_energy
+from ..sections.energy_grid import EnergyGrid
+from ..sections.energy_shell import NotReached, fitting_energy
 from ..sections.named_axes import checked_names
 from ..sections.section_edge import edge
 from ..systems.formulas.section_text import section_forms, section_named

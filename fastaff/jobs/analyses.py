@@ -31,8 +31,8 @@ class RunOptions:
     """Tolerance, relative to the size of the orbit. Not for chaos maps. [1e-10; 1e-11 for frequencies]"""
     scheme: str | None = None
     """LEAPFROG, YOSHIDA4, BLANES_MOAN6, BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8, SOFRONIOU_SPALETTA8,
-    SOFRONIOU_SPALETTA10, RKN12, RK4, DOP853 and VERNER9 (both adaptive). [the cheapest for the accuracy, KAHAN_LI8 with
-    a step]
+    SOFRONIOU_SPALETTA10, RKN12, RK4, GAUSS8, GAUSS16, DOP853 and VERNER9 (both adaptive). [the cheapest for the
+    accuracy; KAHAN_LI8 with a step]
     """
     step: float | None = None
     """Fixed step. [chosen for each orbit by a short trial]"""
@@ -145,14 +145,7 @@ class PoincareOptions:
     def check(self, run: RunOptions) -> None:
         """Check the values that do not depend on the orbits.
 
-        Parameters
-        ----------
-        {job_run}
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a value is wrong. The message names the option.
+        {job_check}
         """
         whole("crossings", self.crossings, 1)
         if self.max_time is not None:
@@ -162,10 +155,7 @@ class PoincareOptions:
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the options of the library function, with defaults from a trial.
 
-        Parameters
-        ----------
         {job_trial}
-        {job_run}
 
         Returns
         -------
@@ -189,12 +179,7 @@ class PoincareOptions:
     def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
-        Parameters
-        ----------
         {job_orbits}
-        {resolved_options}
-        {job_run}
-        {callback}
 
         Returns
         -------
@@ -223,14 +208,7 @@ class FrequencyOptions:
     def check(self, run: RunOptions) -> None:
         """Check the values that do not depend on the orbits.
 
-        Parameters
-        ----------
-        {job_run}
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a value is wrong. The message names the option.
+        {job_check}
         """
         _one_time(self.time, self.returns)
 
@@ -238,10 +216,7 @@ class FrequencyOptions:
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the options of the library function, with defaults from a trial.
 
-        Parameters
-        ----------
         {job_trial}
-        {job_run}
 
         Returns
         -------
@@ -257,12 +232,7 @@ class FrequencyOptions:
     def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
-        Parameters
-        ----------
         {job_orbits}
-        {resolved_options}
-        {job_run}
-        {callback}
 
         Returns
         -------
@@ -331,14 +301,7 @@ class ChaosOptions:
     def check(self, run: RunOptions) -> None:
         """Check the values that do not depend on the orbits.
 
-        Parameters
-        ----------
-        {job_run}
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a value is wrong. The message names the option.
+        {job_check}
         """
         self.values()
         _one_time(self.time, self.returns)
@@ -349,10 +312,7 @@ class ChaosOptions:
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the options of the library function, with defaults from a trial.
 
-        Parameters
-        ----------
         {job_trial}
-        {job_run}
 
         Returns
         -------
@@ -370,12 +330,7 @@ class ChaosOptions:
     def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
-        Parameters
-        ----------
         {job_orbits}
-        {resolved_options}
-        {job_run}
-        {callback}
 
         Returns
         -------
@@ -393,23 +348,20 @@ class ActionAngleOptions:
     title: ClassVar[str] = "actions"
     brief: ClassVar[dict[str, Any]] = {}
 
-    @inserts_parameters
     def check(self, run: RunOptions) -> None:
         """Check nothing: there are no options.
 
         Parameters
         ----------
-        {job_run}
+        run : RunOptions
+            Options of the integration.
         """
 
     @inserts_parameters
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the options of the library function, with defaults from a trial.
 
-        Parameters
-        ----------
         {job_trial}
-        {job_run}
 
         Returns
         -------
@@ -422,12 +374,7 @@ class ActionAngleOptions:
     def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
-        Parameters
-        ----------
         {job_orbits}
-        {resolved_options}
-        {job_run}
-        {callback}
 
         Returns
         -------
@@ -453,14 +400,7 @@ class IntegrateOptions:
     def check(self, run: RunOptions) -> None:
         """Check the values that do not depend on the orbits.
 
-        Parameters
-        ----------
-        {job_run}
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a value is wrong. The message names the option.
+        {job_check}
         """
         nonnegative("time", self.time)
         whole("samples", self.samples, 0)
@@ -469,10 +409,7 @@ class IntegrateOptions:
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
         """Return the options of the library function, with defaults from a trial.
 
-        Parameters
-        ----------
         {job_trial}
-        {job_run}
 
         Returns
         -------
@@ -486,12 +423,7 @@ class IntegrateOptions:
     def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
         """Compute the analysis of orbits.
 
-        Parameters
-        ----------
         {job_orbits}
-        {resolved_options}
-        {job_run}
-        {callback}
 
         Returns
         -------

@@ -12,8 +12,7 @@ import numpy as np
 from ..core.names import pairs
 from ..core.numbers import fits
 from ..core.placing import checked_file
-from ..sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, grid_of, lift
-from ..sections.energy_limits import Where
+from ..sections.energy_grid import ARRAYS, EnergyGrid, grid_of
 from ..sections.energy_sample import (
     BLOCK,
     EnergySample,
@@ -22,11 +21,13 @@ from ..sections.energy_sample import (
     Source,
     block_of,
     on_section,
-    ranges_to_draw,
     source_of,
 )
-from ..sections.named_axes import Launching, Others, checked_energy, launching
+from ..sections.energy_shell import EnergyShell, NotReached
+from ..sections.named_axes import Launching, Others, launching
 from ..sections.section_edge import edge as section_edge
+from ..sections.section_edge import ranges_to_draw
+from ..sections.section_points import lift
 from ..systems.formulas.number import number
 from ..systems.models.mechanics import System
 from .flags import axis_of, cells_of, flags_of_axes, range_of
@@ -126,11 +127,11 @@ class InitialConditions:
         fits(option("grid"), *cells, itemsize=1)
         fits(option("grid"), ARRAYS, max(cells))
         given = self.ranges()
-        where = checked_surface(system, section, surface.energy, surface.p_eta, surface.p_gamma)
+        shell = EnergyShell.of_section(system, surface.energy, section, surface.p_eta, surface.p_gamma)
         edge = None
         ranges = given
         try:
-            edge = section_edge(system.model, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
+            edge = section_edge(system.model, section, energy=shell.energy, p_eta=shell.p_eta, p_gamma=shell.p_gamma)
             ranges = [mine or found for mine, found in zip(given, edge.axes)]
         except ValueError as problem:
             if None in ranges:
@@ -139,11 +140,11 @@ class InitialConditions:
                 pairs = r"\(\((\S+), (\S+)\), \((\S+), (\S+)\)\)"
                 raise OptionError(re.sub(pairs, r"\1:\2 and \3:\4", re.sub(dicts, both, str(problem)))) from None
         if self.orbits is not None:
-            boxes = ranges_to_draw(where, ranges if any(given) else None)
-            return RandomPoints(OnSection(where, boxes), self.orbits, self.seed, edge)
+            boxes = ranges_to_draw(shell, ranges if any(given) else None)
+            return RandomPoints(OnSection(shell, boxes), self.orbits, self.seed, edge)
         # Cell centres: the ends of the range are the edge itself.
         axes = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, cells)]
-        return Cells(where, axes[0], axes[1], edge)
+        return Cells(shell, axes[0], axes[1], edge)
 
     @property
     def by_name(self) -> bool:
@@ -170,10 +171,11 @@ class InitialConditions:
         fixed = {name: number(f"{option('fixed')} {name}", text) for name, text in given}
         others = Others(fixed or None, self.solve, sign, self.at_rest)
         try:
+            shell = EnergyShell.of_rows(system, surface.energy, here, surface.p_eta, surface.p_gamma)
             if self.orbits is not None:
                 given = pairs(option("axes"), self.axes or (), "LOW:HIGH")
                 axes = {name: range_of(f"{option('axes')} {name}", text) for name, text in given} or None
-                source = source_of(system, surface.energy, here, axes, others, (surface.p_eta, surface.p_gamma))
+                source = source_of(shell, axes, others)
                 return RandomPoints(OfSource(source), self.orbits, self.seed)
             if not self.axes:
                 raise OptionError.of(
@@ -181,7 +183,7 @@ class InitialConditions:
                 )
             parts = {name: axis_of(name, text) for name, text in pairs(option("axes"), self.axes, "LOW:HIGH:N")}
             fits(option("axes"), *(part.size for part in parts.values()), itemsize=1)
-            made = launching(system, checked_energy(system, surface.energy), tuple(parts), here, others)
+            made = launching(shell, tuple(parts), others)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
             text = re.sub(r"axes=\{(.*)\}", flags_of_axes, str(problem))
@@ -236,7 +238,7 @@ class Launch(Protocol):
 class Cells:
     """A grid of cells over two coordinates of a section, by rows; the energy does not reach all of them."""
 
-    where: Where
+    shell: EnergyShell
     first: np.ndarray
     second: np.ndarray
     edge: Any = None
@@ -255,13 +257,13 @@ class Cells:
         """Return the phase points of the cells of some rows that the energy reaches, and their numbers."""
         rows = self.block // self.second.size
         u, v = np.meshgrid(self.first[block * rows : (block + 1) * rows], self.second, indexing="ij")
-        z, found, _ = lift(self.where, u.ravel(), v.ravel())
+        z, found, _ = lift(self.shell, u.ravel(), v.ravel())
         return np.ascontiguousarray(z[:, found]), np.flatnonzero(found)
 
     def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergyGrid:
         """Return some cells; the others count as those that the energy does not reach."""
-        names = lift(self.where, self.first[:1], self.second[:1])[2]
-        return grid_of(z0, place, (self.first, self.second), names, self.where.energy, self.where.section)
+        names = lift(self.shell, self.first[:1], self.second[:1])[2]
+        return grid_of(z0, place, (self.first, self.second), names, self.shell.energy, self.shell.section)
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,7 +298,7 @@ class NamedCells:
         """Return some cells of a grid of two axes; the others count as those that the energy does not reach."""
         if len(self.axes) != 2:
             return None
-        return grid_of(z0, place, self.axes, self.launching.names, self.launching.energy)
+        return grid_of(z0, place, self.axes, self.launching.names, self.launching.shell.energy)
 
 
 @dataclass(frozen=True, eq=False)

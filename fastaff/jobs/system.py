@@ -15,7 +15,7 @@ from ..core.numbers import listed
 from ..core.status import Status
 from ..engine.kinds import OPTIONS, TERMS
 from ..runs.requirements import check_given
-from ..sections.energy_limits import may_escape
+from ..sections.energy_shell import may_escape
 from ..systems import models
 from ..systems.formulas.formula import affine_body, hamiltonian
 from ..systems.formulas.grammar import TIME, UnknownName

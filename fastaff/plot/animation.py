@@ -20,7 +20,7 @@ from ..results.progress import says_progress
 from ..runs.integrate import integrate
 from ..runs.requirements import current_system
 from ..runs.starts import starts_of
-from ..sections.invariant_measure import Momenta
+from ..sections.energy_shell import Momenta
 from ..systems.charts import CARTESIAN
 from ..systems.models.contracts import SeparableModel
 from ..systems.models.mechanics import System

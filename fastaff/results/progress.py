@@ -8,18 +8,15 @@ from __future__ import annotations
 import contextlib
 import functools
 import inspect
-import json
 import os
 import sys
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, ParamSpec, TypeVar, cast
 
 from ..core.compilations import Compiling
-from ..core.placing import text_of, write_atomically
 
 SILENCE = 1.5
 """Seconds after which a call says something; half a second where it compiles, which is known to take more."""
@@ -27,65 +24,22 @@ SILENCE = 1.5
 STALLED = 3.0
 """Least seconds without a report after which the earlier pace counts no more."""
 
-PARTS = {
-    "steps": 3.7, "sections": 3.2, "indicators": 3.0, "adaptive": 2.7, "lines": 5.9, "frequencies": 12.5, "tunes": 1.5,
-    "relations": 1.5, "torus": 3.5, "tori": 10.3, "tangents": 1.6,
-}  # fmt: skip
-"""Seconds of the processor in which parts of the package are compiled: of an AMD EPYC (Zen 5) at 3.7 GHz."""
-
-OTHER = 1.2
-"""The same for a new model, section or the like."""
-
-USED = {
-    "integrate": "steps", "animate": "steps", "doctor": "steps", "run": "steps", "resume": "steps", "rerun": "steps",
-    "poincare_map": "steps sections", "poincare": "steps sections lines frequencies",
-    "chaos_map": "steps indicators", "chaos-map": "steps indicators sections adaptive",
-    "chaotic_fraction": "steps indicators", "frequency_map": "steps lines frequencies",
-    "demo": "steps sections lines frequencies", "orbit_frequencies": "lines frequencies", "tunes": "lines tunes",
-    "naff": "lines", "resonances": "relations", "fit_torus": "steps lines relations torus", "action_angles": "tori",
-    "from_action_angles": "tori", "energy_of_actions": "tori", "tangent_map": "steps tangents",
-    "periodic_orbits": "steps sections tangents", "find_periodic_orbits": "steps sections tangents",
-    "continuation": "steps sections tangents",
-}  # fmt: skip
-"""Parts that functions and commands need."""
-
 
 class Compilation:
-    """Kernels that a call compiles from now on, and the time for them."""
+    """Kernels that are compiled from now on, and the time for them."""
 
-    def __init__(self, name: str):
-        self.name = name
-        self.kernels = len(Compiling.kernels)
+    def __init__(self) -> None:
+        self.kernels = Compiling.kernels
         self.begun = Compiling.spent()
-        self.known = _EarlierCompilations.read()
-        self.missing = [part for part in USED.get(name, "").split() if part not in self.known.parts]
 
     @property
     def begins(self) -> bool:
         """Whether anything is compiled."""
-        return len(Compiling.kernels) > self.kernels
+        return Compiling.kernels > self.kernels
 
-    def spent(self) -> tuple[float, float]:
-        """Return the seconds so far, and those of the processor."""
-        now = Compiling.spent()
-        return now[0] - self.begun[0], now[1] - self.begun[1]
-
-    def expected(self) -> float:
-        """Return the expected seconds in all: those of the parts, times the slowness of this machine and the factor
-        lost to other work on it.
-        """
-        seconds, worked = self.spent()
-        crowded = max(seconds / worked, 1.0) if worked > 0.2 else 1.0
-        return (sum(PARTS[part] for part in self.missing) or OTHER) * self.speed() * crowded
-
-    def speed(self) -> float:
-        """Return the ratio of this machine's processor time to that of the machine of PARTS."""
-        return self.known.speed if Compiling.speed is None else Compiling.speed
-
-    def end(self) -> None:
-        """Keep the compiled parts and the speed of this machine."""
-        if self.begins:
-            self.known.add(self.missing, self.speed())
+    def spent(self) -> float:
+        """Return the seconds of compilation so far."""
+        return Compiling.spent() - self.begun
 
 
 P = ParamSpec("P")
@@ -106,9 +60,9 @@ class _Shown:
 def show_progress(shown: bool = True) -> None:
     """Let long calls show their progress, or keep them silent.
 
-    In terminals and notebooks, a call of more than 2 s writes one line. The line shows the expected time of
-    compilation, then the completed fraction and the time left. It disappears at the end. Pipes, files and tests get no
-    line. A call with a `callback` writes no line.
+    In terminals and notebooks, a call of more than 2 s writes one line. The line shows that the call compiles, then the
+    completed fraction and the time left. It disappears at the end. Pipes, files and tests get no line. A call with a
+    `callback` writes no line.
 
     Parameters
     ----------
@@ -132,8 +86,8 @@ def show_progress(shown: bool = True) -> None:
 
     References
     ----------
-    Expected times of compilation are those of a table, scaled by the speed of this machine. The first kernels measure
-    it, and it is stored in seconds.json of the folder of the compile cache.
+    The time left follows from the completed fraction and its rate in the last third of the run, without time of
+    compilation.
 
     Examples
     --------
@@ -185,7 +139,6 @@ def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
         try:
             line.start()
             yield line.report
-            line.compilation.end()
         finally:
             _Shown.line = None
             line.end()
@@ -218,54 +171,6 @@ def says_progress(function: Callable[P, R]) -> Callable[P, R]:
     return cast(Callable[P, R], wrapped)
 
 
-class _EarlierCompilations:
-    """Record of earlier compilations on this machine: the parts that are compiled from these sources, and the ratio of
-    its times to those of PARTS; values from its file are checked.
-    """
-
-    def __init__(self, parts: set[str], speed: float):
-        self.parts = parts
-        self.speed = speed
-
-    @classmethod
-    def read(cls) -> _EarlierCompilations:
-        """Return the record in the file, an empty one where there is none."""
-        sources = _sources()
-        try:
-            found = json.loads(text_of(_file()))
-            speed = min(max(float(found["speed"]), 0.01), 100.0)
-            parts = {str(part) for part in found["parts"]} if found["sources"] == sources else set()
-        except (OSError, ValueError, TypeError, KeyError):
-            parts = set()
-            speed = 1.0
-        return cls(parts if sources else set(PARTS), speed)  # a pack has all of them
-
-    def add(self, parts: list[str], speed: float) -> None:
-        """Keep more parts, and the speed."""
-        path = _file()
-        if not parts:
-            return
-        known = {"sources": _sources(), "parts": sorted({*self.parts, *parts}), "speed": round(speed, 2)}
-        with contextlib.suppress(OSError):
-            write_atomically(
-                path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(known)), overwrite=True
-            )
-
-
-def _file() -> Path:
-    """Return the file of the record, in the folder of the compile cache."""
-    from ..engine.code_folder import cache_root
-
-    return cache_root() / "seconds.json"
-
-
-def _sources() -> str:
-    """Return the digest of the compiler of kernels, "" if a pack came with the package."""
-    from ..engine.code_folder import compiler_hash, prebuilt
-
-    return compiler_hash() if prebuilt() is None else ""
-
-
 class _Line(threading.Thread):
     """A line that is written anew while a call runs."""
 
@@ -274,7 +179,7 @@ class _Line(threading.Thread):
         # without a lock that Ctrl-C may leave locked
         self.what = name
         self.bell = SimpleQueue[None]()
-        self.compilation = Compilation(name)
+        self.compilation = Compilation()
         self.begun = clock.perf_counter()
         self.marks: list[tuple[float, float]] = []
         self.said = ""
@@ -301,10 +206,7 @@ class _Line(threading.Thread):
         marks = self.marks
         compilation = self.compilation
         if compilation.begins and (Compiling.depth or not marks) and seconds > 0.5:
-            spent = compilation.spent()[0]
-            expected = compilation.expected()
-            usual = f"of about {expected:.0f} s" if round(spent) <= round(expected) else "longer than expected"
-            return f"{self.what}: compiling once, {spent:.0f} s {usual}"
+            return f"{self.what}: compiling once, {compilation.spent():.0f} s"
         if seconds < SILENCE:
             return ""
         left = time_left(marks, computed())
@@ -343,7 +245,7 @@ class _Line(threading.Thread):
 
 def computed() -> float:
     """Return a time in seconds that stands still while something is compiled."""
-    return clock.perf_counter() - Compiling.spent()[0]
+    return clock.perf_counter() - Compiling.spent()
 
 
 def time_left(marks: list[tuple[float, float]], now: float) -> float | None:

@@ -1,8 +1,8 @@
 """Energy surfaces, Poincaré maps, rotation numbers and islands."""
 
 from .energy_grid import EnergyGrid
-from .energy_limits import NotReached
 from .energy_sample import EnergySample
+from .energy_shell import NotReached
 from .islands import Islands, Rotation
 from .section_map import SectionMap
 

@@ -9,28 +9,25 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.interruption import imported
-from ..core.numbers import an_array, fits, kind_of, listed, numbers, real, shown
+from ..core.numbers import an_array, fits, listed, numbers, shown
 from ..core.status import counted
 from ..results.calls import coerces_arguments, records_call
 from ..results.result import Result, along
-from ..runs.requirements import checked_model, checked_section, current_system
+from ..runs.requirements import current_system
 from ..systems.formulas.section_text import section_in_words, section_of
 from ..systems.models.contracts import Dynamics, Section
-from ..systems.models.mechanics import System
-from .energy_limits import NotReached, Where, too_low
+from .energy_shell import EnergyShell, NotReached, too_low
 from .named_axes import (
     Axes,
     Others,
     are_named,
     by_name,
-    checked_energy,
     checked_sign,
     checked_values,
-    given_energy,
     launching,
 )
-from .section_points import section_points
+from .section_edge import ranges_to_draw
+from .section_points import lift
 
 CELLS = 101
 """Cells along each axis of a whole section."""
@@ -198,27 +195,27 @@ def energy_grid(
     system = current_system(model)
     others = Others(fixed, solve, checked_sign(sign), at_rest)
     if section is None or are_named(axes) or others.given:
-        return _grid_by_name(system, energy, axes, section, others, (p_eta, p_gamma))
+        return _grid_by_name(EnergyShell.of_rows(system, energy, section, p_eta, p_gamma), axes, others)
     if others.sign != 1:
         raise ValueError(f"sign goes with axes by name; here the section's direction has it, got {shown(sign)}")
-    where = checked_surface(system, section, energy, p_eta, p_gamma)
+    shell = EnergyShell.of_section(system, energy, section, p_eta, p_gamma)
     whole = isinstance(axes, str)
     if whole and axes != "whole":
         raise ValueError(f"axes must be two arrays, rows by name, or 'whole', got {shown(axes)}")
-    first, second = _axes(_whole(where) if whole else axes)
+    first, second = _axes(_whole(shell) if whole else axes)
     fits("axes", first.size, second.size, ARRAYS)
     u, v = (array.ravel() for array in np.meshgrid(first, second, indexing="ij"))
-    z, found, names = lift(where, u, v)
+    z, found, names = lift(shell, u, v)
     if not found.any():
         raise NotReached(
-            where.too_low()
-            or f"axes must reach points of energy {where.energy:g} on {section_in_words(section, system)}, got "
+            shell.too_low()
+            or f"axes must reach points of energy {shell.energy:g} on {section_in_words(section, system)}, got "
             f"{names[0]} in [{first.min():.5g}, {first.max():.5g}], {names[1]} in [{second.min():.5g}, "
             f"{second.max():.5g}]."
             f"{_no_counts(first, second)}"
         )
     return grid_of(
-        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, where.energy, section
+        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, shell.energy, section
     )
 
 
@@ -236,27 +233,15 @@ def grid_of(
     return EnergyGrid(z0, cell_index, inaccessible, axes=axes, names=names, energy=energy, section=section)
 
 
-def no_planes(p_eta: Any, p_gamma: Any) -> None:
-    """Refuse angular momenta together with rows by name."""
-    if real("p_eta", p_eta) or real("p_gamma", p_gamma):
-        raise ValueError(
-            f"p_eta and p_gamma must be 0 with axes by name, got {p_eta} and {p_gamma}. Use fixed={{name: value}}."
-        )
-
-
-def _grid_by_name(
-    system: System, energy: Any, axes: Any, section: Any, others: Others, planes: tuple[Any, Any]
-) -> EnergyGrid:
+def _grid_by_name(shell: EnergyShell, axes: Any, others: Others) -> EnergyGrid:
     """Return a grid over rows by name."""
-    checked_model(system.model, needs="a start by rows")
-    energy = checked_energy(system, energy)
-    no_planes(*planes)
+    system, energy, section = shell[:3]
     if isinstance(axes, str):
         form = f"{{{shown(system.row_names[0])}: array, ...}}"
         why = "without a section" if section is None else "with fixed, solve or at_rest"
         raise TypeError(f"axes must be arrays by name, {form}, {why}, got {shown(axes)}")
     names, arrays = checked_values(axes, system.row_names)
-    launch = launching(system, energy, names, section, others)
+    launch = launching(shell, names, others)
     fits("axes", *(array.size for array in arrays), ARRAYS * system.n)
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
@@ -269,61 +254,10 @@ def _grid_by_name(
     return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy, section)
 
 
-def checked_surface(system: System, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> Where:
-    """Return the section of an energy surface if all of it suits the body."""
-    checked_model(system.model, needs="an energy surface")
-    checked_section(section, system)
-    energy = given_energy(energy)
-    p_eta = real("p_eta", p_eta)
-    p_gamma = real("p_gamma", p_gamma)
-    if system.n == 4 and not hasattr(system.model, "potential"):
-        raise TypeError(
-            f"model must be a Body with a doubly isotropic potential to have a grid, got {shown(system.model)}"
-        )
-    if not system.isotropic and (p_eta or p_gamma):
-        raise ValueError(
-            f"p_eta and p_gamma must be 0 for {kind_of(system.model)}, got {p_eta} and {p_gamma}. Only a Body has them."
-        )
-    return Where(system, section, energy, p_eta, p_gamma)
-
-
-def lift(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Return phase points (2n, points) at section coordinates (u, v), a mask of those that exist (points,), and the
-    coordinates' names.
-
-    If there are several sheets over a point, the first counts.
-    """
-    z, found, names = lift_sheets(where, u, v)
-    first = found.argmax(axis=0)
-    return np.take_along_axis(z, first[None, None], axis=0)[0], np.asarray(found.any(axis=0)), names
-
-
-def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Return all phase points (sheets, 2n, points) at section coordinates (u, v), a mask of those that exist (sheets,
-    points), and the coordinates' names.
-
-    A turning section has a sheet for each well of its radius, the outermost first; the others have one.
-    """
-    body = where.model
-    energy = where.energy
-    system = where.system
-    with np.errstate(all="ignore"):
-        sheets, names = section_points(where.section, where, u, v)
-        z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)
-        rows = np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0)
-        T = system.kinetic_energies(rows)
-        V = system.potential_energies(rows)
-        lives = system.inside(rows)
-    # A sign change at a wall where the potential jumps is no turning point.
-    found: np.ndarray = np.abs(T + V - energy) <= 1e-9 * (T + np.abs(V) + abs(energy))
-    return z, found & np.isfinite(z).all(axis=1) & lives, names
-
-
-def _whole(where: Where) -> tuple[np.ndarray, np.ndarray]:
+def _whole(shell: EnergyShell) -> tuple[np.ndarray, np.ndarray]:
     """Return axes over all bounded parts of a section, CELLS each."""
-    samples = imported(".energy_sample", __package__)  # it imports this module, and knows the bounds of a section
     try:
-        boxes = np.array(samples.ranges_to_draw(where))
+        boxes = np.array(ranges_to_draw(shell))
     except NotReached:
         raise
     except ValueError as problem:

@@ -9,25 +9,21 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import entries, fits, flag, shown, span, whole
+from ..core.numbers import fits, flag, shown, whole
 from ..core.status import counted
 from ..results.calls import coerces_arguments, records_call
 from ..results.result import Result, along
-from ..runs.requirements import checked_model, current_system
+from ..runs.requirements import current_system
 from ..systems.formulas.section_text import section_of
 from ..systems.models.contracts import Dynamics, Section
 from ..systems.models.mechanics import System
 from ..systems.models.sections import AngleEquals, Hyperplane
-from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes
-from .energy_limits import NotReached, Where
-from .invariant_measure import Measure, Ranges, measure_of, ranges_of
-from .named_axes import NO_OTHERS, Axes, Others, are_named, by_name, checked_energy, checked_sign
-from .section_edge import parts
-from .section_points import radii_over, slopes_over
-from .surface_points import SurfaceMeasure
-
-STEEPEST = 65
-"""Places of a section at which its slope is computed."""
+from .energy_grid import ARRAYS
+from .energy_shell import EnergyShell, NotReached
+from .invariant_measure import EllipsoidMeasure, LineMeasure, measure_of
+from .named_axes import NO_OTHERS, Axes, Others, Ranges, are_named, by_name, checked_sign, ranges_of
+from .section_edge import Box, ranges_to_draw
+from .section_points import lift_leaning, lift_sheets
 
 FIRST = 64
 """Points of a section that are tried first."""
@@ -172,11 +168,11 @@ def energy_sample(
     system = current_system(model)
     others = Others(fixed, solve, checked_sign(sign), at_rest)
     if section is None or not on_section(system, section, axes, others):
-        source: Source = OfSource(source_of(system, energy, section, axes, others, (p_eta, p_gamma)))
+        source: Source = OfSource(source_of(EnergyShell.of_rows(system, energy, section, p_eta, p_gamma), axes, others))
         fits("orbits", ARRAYS * system.n, count)
     else:
-        where = checked_surface(system, section, energy, p_eta, p_gamma)
-        source = OnSection(where, ranges_to_draw(where, axes))
+        shell = EnergyShell.of_section(system, energy, section, p_eta, p_gamma)
+        source = OnSection(shell, ranges_to_draw(shell, axes))
     found = EnergySample.concat([block_of(source, k, count, seed) for k in range(-(-count // BLOCK))])
     return replace(found, section=section_of(section, model))
 
@@ -194,16 +190,13 @@ def on_section(system: System, section: Any, axes: Any = None, others: Others = 
     return not (by_rows or plain)
 
 
-def source_of(
-    system: System, energy: Any, section: Any, axes: Any, others: Others, planes: tuple[Any, Any]
-) -> Measure | SurfaceMeasure | Ranges:
+def source_of(shell: EnergyShell, axes: Any, others: Others) -> EllipsoidMeasure | LineMeasure | Ranges:
     """Return the source of points of any number of degrees of freedom; errors name the wrong argument."""
-    checked_model(system.model, needs="a start by rows")
-    energy = checked_energy(system, energy)
-    no_planes(*planes)
+    system = shell.system
+    section = shell.section
     by_rows = others.solve is not None or (others.fixed is not None and section is not None)
     if flag("at_rest", others.at_rest) or by_rows or not system.conserves:
-        return ranges_of(system, energy, section, axes, others)
+        return ranges_of(shell, axes, others)
     if others.fixed is not None or others.sign != 1:
         p = system.row_names[system.n]
         q = system.names[0]
@@ -216,7 +209,7 @@ def source_of(
             "axes or section must be given for the energy surface of a body: ranges of its coordinates, or one of "
             "its sections"
         )
-    return measure_of(system, energy, section, axes)
+    return measure_of(shell, axes)
 
 
 def _seed(seed: Any, rng: Any) -> Any:
@@ -232,31 +225,28 @@ def _seed(seed: Any, rng: Any) -> Any:
     return value
 
 
-Box = tuple[tuple[float, float], tuple[float, float]]
-
-
 class OfSource(NamedTuple):
     """Random points of any number of degrees of freedom."""
 
-    source: Measure | SurfaceMeasure | Ranges
+    source: EllipsoidMeasure | LineMeasure | Ranges
 
     def draw(self, count: int, seed: Any) -> EnergySample:
         """Return so many points."""
         z0, points = self.source.draw(count, seed)
-        return EnergySample(z0, points, self.source.names, energy=self.source.energy)
+        return EnergySample(z0, points, self.source.names, energy=self.source.shell.energy)
 
 
 class OnSection(NamedTuple):
     """Random points of a section, uniform in its invariant area."""
 
-    where: Where
+    shell: EnergyShell
     boxes: list[Box]
 
     def draw(self, count: int, seed: Any) -> EnergySample:
         """Return so many points."""
         sheets = 1
         while True:
-            found, most = _draw(self.where, self.boxes, sheets, count, np.random.default_rng(seed))
+            found, most = _draw(self.shell, self.boxes, sheets, count, np.random.default_rng(seed))
             if most <= sheets:
                 return found
             sheets = most
@@ -275,40 +265,15 @@ def block_of(source: Source, block: int, count: int, seed: Any) -> EnergySample:
     return source.draw(min(BLOCK, count - block * BLOCK), seed)
 
 
-def ranges_to_draw(where: Where, axes: Any = None) -> list[Box]:
-    """Return the ranges of coordinate and momentum to draw from: those given, or of each bounded part of the
-    section.
-    """
-    if axes is None:
-        boxes = [((part.low, part.high), (part.bottom, part.top)) for part in parts(where)]
-    else:
-        ranges = entries("axes", axes, "two ranges (low, high)", 2)
-        (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
-        boxes = [((u0, u1), (v0, v1))]
-    section = where.section
-    if hasattr(section, "slopes"):  # |P| is below |p| times the length of the section over that of its radius
-        boxes = [
-            ((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1))
-            for (u0, u1), (v0, v1) in boxes
-        ]
-    return boxes
-
-
-def _steepest(section: Any, u0: float, u1: float) -> float:
-    """Return the largest ratio of the lengths along the section and along its radius between two values of that."""
-    with np.errstate(all="ignore"):
-        return float(np.sqrt(1 + np.nanmax(section.leaning(np.linspace(u0, u1, STEEPEST)))))
-
-
-def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) -> tuple[EnergySample, int]:
+def _draw(shell: EnergyShell, boxes: list[Box], sheets: int, count: int, random: Any) -> tuple[EnergySample, int]:
     """Return so many points, each drawn from one of the boxes by their areas and from one of `sheets` sheets; and the
     largest number of sheets met.
 
     A point where its sheet is missing is drawn anew, so that every sheet has the same density.
     """
-    energy = where.energy
-    section = where.section
-    raise_section = _leaning_lift if hasattr(section, "slopes") else lift_sheets
+    energy = shell.energy
+    section = shell.section
+    raise_section = lift_leaning if hasattr(section, "slopes") else lift_sheets
     areas = np.array([(u1 - u0) * (v1 - v0) for (u0, u1), (v0, v1) in boxes])
     found_parts: list[tuple[np.ndarray, np.ndarray]] = []
     names = ("", "")
@@ -322,7 +287,7 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
         box = np.zeros(batch, np.int64) if len(boxes) == 1 else random.choice(len(boxes), batch, p=areas / areas.sum())
         (u0, u1), (v0, v1) = np.moveaxis(np.array(boxes), 0, -1)[..., box]
         u, v = u0 + (u1 - u0) * u, v0 + (v1 - v0) * v
-        z, found, names = raise_section(where, u, v)
+        z, found, names = raise_section(shell, u, v)
         most = int(found.sum(axis=0).max())
         if most > sheets:
             break
@@ -346,22 +311,3 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
     return EnergySample(
         np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy=energy, section=section
     ), most
-
-
-def _leaning_lift(where: Where, u: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Lift (u, P) to a section that leans, such as that of the area: P du/dl, of the length l along it, is the momentum
-    along it, the energy gives the one across.
-    """
-    section = where.section
-    alpha, beta = radii_over(section, u)
-    own, other = slopes_over(section, alpha, beta)
-    length = np.hypot(other, own)
-    with np.errstate(all="ignore"):
-        along = P * other / length
-        rest = where.room(alpha, beta)[0] - along**2
-        across = (-1.0 if section.direction < 0 else 1.0) * np.sqrt(np.maximum(rest, 0.0))
-        found = (rest >= 0) & np.isfinite(rest)
-        momenta = (across * other - along * own) / length, (along * other + across * own) / length
-        p_alpha, p_beta = momenta[::-1] if section.over == "alpha" else momenta
-        z = where.point(alpha, p_alpha, beta, p_beta)
-    return z[None], (found & np.isfinite(z).all(axis=0))[None], (section.over, "P")

@@ -11,27 +11,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.names import did_you_mean, named
-from ..core.numbers import flag, kind_of, listed, numbers, real, shown
-from ..runs.requirements import check_given, checked_section
+from ..core.numbers import flag, kind_of, listed, numbers, real, shown, span
+from ..runs.requirements import check_given
 from ..systems.models.mechanics import System
-from ..systems.models.sections import AngleEquals, Hyperplane
 from .accessible_box import spread
 from .allowed_region import crossings, extrema
-from .surface_roots import left, rest, roots_along
-
-TOLERANCE = 1e-9
-"""Largest relative error of the energy of a point that was found. At a wall where the potential jumps there is no such
-point.
-"""
-
-ROUNDING = 1e-12
-"""Relative rounding error of the coordinates themselves."""
+from .energy_shell import EnergyShell, NotReached, rest
 
 AT_REST = -1
 """Value for the row that the energy gives: the point is at rest, there is no such row."""
 
 NOTHING = -2
 """Value for the row that the energy gives: there is none."""
+
+BATCH = 4096
+"""Points that are tried together: the first ones do not depend on the number asked for."""
+
+FEWEST = 1e-3
+"""Least share of valid points among those tried in ranges."""
+
+CHANCE = 3
+"""Allowance for chance in this share, in points."""
 
 
 class Others(NamedTuple):
@@ -61,8 +61,7 @@ class Launching(NamedTuple):
     no energy; sign: of the root.
     """
 
-    system: System
-    energy: float
+    shell: EnergyShell
     names: tuple[str, ...]
     base: tuple[float, ...]
     row: int
@@ -72,13 +71,13 @@ class Launching(NamedTuple):
         """Return phase points (2n, points) at values (names, points), and a mask (points,) of those that the energy
         reaches.
         """
-        system = self.system
+        system = self.shell.system
         z = np.repeat(np.array(self.base)[:, None], values.shape[1], axis=1)
         with np.errstate(all="ignore"):
             if self.row == AT_REST:
                 n = len(self.base) // 2
                 z[:n] += self._rest(values, z)
-                z[n:] = rest(self.system, z[:n])
+                z[n:] = rest(system, z[:n])
             else:
                 rows = system.row_names
                 for name, value in zip(self.names, values, strict=True):
@@ -86,7 +85,7 @@ class Launching(NamedTuple):
                 if self.row == NOTHING:
                     return z, np.isfinite(z).all(axis=0) & system.inside(z)
                 z[self.row] = self._solved(z)
-            return z, on_surface(self.system, z, self.energy)
+            return z, self.shell.contains(z)
 
     def _rest(self, angles: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Return the points, relative to z, where rays from z, at rest, first leave the region of the energy."""
@@ -96,8 +95,8 @@ class Launching(NamedTuple):
         def room(r: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             at = spread(z[:, column], r)
             at[:n] += r * spread(each[:, column], r)
-            at[n:] = rest(self.system, at[:n])
-            return left(self.system, self.energy, at)
+            at[n:] = rest(self.shell.system, at[:n])
+            return self.shell.left(at)
 
         column = np.arange(angles.shape[1])
         sheets, _ = crossings(room, extrema(room, column.size), column, np.zeros(column.size), False)
@@ -106,29 +105,15 @@ class Launching(NamedTuple):
 
     def _solved(self, z: np.ndarray) -> np.ndarray:
         """Return the row that the energy gives; NaN where it gives none."""
-        system = self.system
+        system = self.shell.system
         n = len(z) // 2
         if self.row < n or not system.quadratic:  # the outermost root, up to which the energy allows motion
-            return roots_along(self.system, self.energy, z, self.row, self.sign)[0]
+            return self.shell.roots_along(z, self.row, self.sign)[0]
         z[self.row] = 0.0
         weight = system.model.kinetic_energy(*np.eye(n)[self.row - n])
         half = system.velocities(z)[self.row - n] / (2 * weight)
-        square = half * half + (self.energy - system.energies(z)) / weight
+        square = half * half + (self.shell.energy - system.energies(z)) / weight
         return self.sign * np.sqrt(np.where(square >= 0, square, np.nan)) - half
-
-
-def on_surface(system: System, z: np.ndarray, energy: float) -> np.ndarray:
-    """Return a mask of the phase points z (2n, points) that have this energy and lie in the domain of the potential.
-
-    An energy of 0, where V has its zero, is no measure of its rounding; its change along z is.
-    """
-    T = system.kinetic_energies(z)
-    V = system.potential_energies(z)
-    n = len(z) // 2
-    with np.errstate(all="ignore"):
-        along = np.nan_to_num(ROUNDING * np.abs(z * np.roll(system.slopes(z), n, axis=0)).sum(axis=0), posinf=0.0)
-        exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy)) + along
-    return exact & np.isfinite(z).all(axis=0) & system.inside(z)
 
 
 def angle_names(n: int) -> tuple[str, ...]:
@@ -194,8 +179,10 @@ def checked_sign(sign: Any) -> int:
     return int(sign)
 
 
-def launching(system: System, energy: float, names: Any, section: Any, others: Others) -> Launching:
+def launching(shell: EnergyShell, names: Any, others: Others) -> Launching:
     """Return the map from values of these names to phase points; TypeError or ValueError for wrong arguments."""
+    system = shell.system
+    section = shell.section
     fixed = others.fixed
     solve = others.solve
     sign = others.sign
@@ -208,10 +195,10 @@ def launching(system: System, energy: float, names: Any, section: Any, others: O
         for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
     }
     if resting:
-        return _resting(system, energy, names, section, base, solve)
+        return _resting(shell, names, base, solve)
     names = tuple(named("axes", name, rows) for name in names)
     if section is not None:
-        name, value, direction = section_row(system, section)
+        name, value, direction = shell.section_row()
         if name in names or name in base:
             raise ValueError(
                 f"{name} is given by the section, it must not be in {'axes' if name in names else 'fixed'}"
@@ -228,7 +215,7 @@ def launching(system: System, energy: float, names: Any, section: Any, others: O
         if names.count(name) > 1:
             raise ValueError(f"axes names {name} twice")
     if not system.conserves:
-        return Launching(system, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
+        return Launching(shell, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
         raise ValueError("axes and fixed must leave out one row for the energy, got all coordinates and momenta")
@@ -237,11 +224,13 @@ def launching(system: System, energy: float, names: Any, section: Any, others: O
     if not isinstance(solve, str) or solve not in left:
         asked = solve if isinstance(solve, str) else shown(solve)
         raise ValueError(f"solve must be one of {listed(left)}, got {shown(solve)}.{did_you_mean(asked, left)}")
-    return Launching(system, energy, names, tuple(base.get(name, 0.0) for name in rows), rows.index(solve), sign)
+    return Launching(shell, names, tuple(base.get(name, 0.0) for name in rows), rows.index(solve), sign)
 
 
-def _resting(system: System, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
+def _resting(shell: EnergyShell, names: Any, base: dict[str, float], solve: Any) -> Launching:
     """Return the map from angles to phase points at rest."""
+    system = shell.system
+    section = shell.section
     rows = system.row_names
     n = system.n
     if n < 2:
@@ -265,37 +254,7 @@ def _resting(system: System, energy: float, names: Any, section: Any, base: dict
     order = tuple(base.get(name, 0.0) for name in rows)
     if names != angles:
         raise ValueError(f"axes at rest must come in the order {listed(angles)}, got {listed(names)}")
-    return Launching(system, energy, names, order, AT_REST, 1)
-
-
-def given_energy(energy: Any) -> float:
-    """Return the energy of a surface."""
-    if energy is None:
-        raise TypeError("energy must be given for a model that conserves it, got None")
-    return real("energy", energy)
-
-
-def checked_energy(system: System, energy: Any) -> float:
-    """Return an energy; NaN for a system that conserves none."""
-    if system.conserves:
-        return given_energy(energy)
-    unknown = isinstance(energy, float) and np.isnan(energy)
-    check_given(system, "a start by energy", energy=None if unknown else energy)
-    return float("nan")
-
-
-def section_row(system: System, section: Any) -> tuple[str, float, int]:
-    """Return the row that a section fixes, its value and the sign of its rate."""
-    checked_section(section, system)
-    names = system.row_names
-    normal = np.asarray(getattr(section, "normal", ()), dtype=np.float64)
-    if type(section) not in (Hyperplane, AngleEquals) or np.count_nonzero(normal) != 1:
-        raise TypeError(
-            f"section must be a Hyperplane normal to one coordinate, such as {names[0]}=0, with axes by name, got "
-            f"{shown(section)}"
-        )
-    k = int(np.flatnonzero(normal)[0])
-    return names[k], section.offset / normal[k], int(section.direction * np.sign(normal[k]))
+    return Launching(shell, names, order, AT_REST, 1)
 
 
 def checked_values(axes: Any, rows: Sequence[str]) -> tuple[tuple[str, ...], tuple[np.ndarray, ...]]:
@@ -313,3 +272,84 @@ def checked_values(axes: Any, rows: Sequence[str]) -> tuple[tuple[str, ...], tup
             )
         arrays.append(array)
     return tuple(found), tuple(arrays)
+
+
+def checked_ranges(axes: Any, system: System) -> dict[str, tuple[float, float]]:
+    """Return the ranges of axes by name."""
+    found = checked_names("axes", axes, "ranges (low, high)", system.row_names)
+    return {name: span(f"axes[{name!r}]", ends) for name, ends in found.items()}
+
+
+class Ranges(NamedTuple):
+    """Ranges of rows that are drawn uniformly, with another row from the energy; at rest, directions."""
+
+    launching: Launching
+    ranges: tuple[tuple[float, float], ...]
+
+    @property
+    def shell(self) -> EnergyShell:
+        """The energy surface."""
+        return self.launching.shell
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the rows, or angles, that are drawn."""
+        return self.launching.names
+
+    def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return phase points (2n, count) and the drawn values (names, count). Raises NotReached where too few are
+        found.
+        """
+        random = np.random.default_rng(seed)
+        kept = 0
+        tried = 0
+        z = [np.zeros((len(self.launching.base), 0))]
+        points = [np.zeros((len(self.names), 0))]
+        batch = BATCH if self.ranges else BATCH // 8  # a ray takes some 500 energies
+        while kept < count:
+            if self.ranges:
+                low, high = np.array(self.ranges).T[..., None]
+                values = low + (high - low) * random.uniform(size=(len(self.ranges), batch))
+            else:
+                values = angles_of(random.standard_normal((len(self.names) + 1, batch)))
+            lifted, found = self.launching.lift(values)
+            z.append(lifted[:, found])
+            points.append(values[:, found])
+            kept = kept + int(found.sum())
+            tried = tried + batch
+            if kept + CHANCE < FEWEST * tried:
+                what = dict(zip(self.names, self.ranges)) if self.ranges else "directions"
+                raise NotReached(
+                    f"energy {self.shell.energy:g} reaches less than a thousandth of the {what}: "
+                    f"{'narrow the ranges' if self.ranges else 'take another energy, or another point in fixed'}"
+                )
+        return tuple(np.ascontiguousarray(np.concatenate(part, axis=1)[:, :count]) for part in (z, points))  # type: ignore[return-value]
+
+
+def ranges_of(shell: EnergyShell, axes: Any, others: Others) -> Ranges:
+    """Return a source that draws from ranges of rows, or directions at rest; errors name the wrong argument."""
+    system = shell.system
+    section = shell.section
+    if others.at_rest:
+        if axes is not None:
+            raise ValueError("axes and at_rest exclude one another: directions are drawn from all")
+        names = angle_names(system.n) if system.n > 1 else ()
+        return Ranges(launching(shell, names, others), ())
+    if axes is None:
+        rows = system.row_names
+        n = system.n
+        given = [*checked_names("fixed", () if others.fixed is None else others.fixed, "numbers")]
+        given += [others.solve] if isinstance(others.solve, str) else []
+        if section is not None:
+            given.append(shell.section_row()[0])
+            given += [p for q, p in zip(rows[:n], rows[n:], strict=False) if q == given[-1] and others.solve is None]
+        free = next((name for name in rows if name not in given), rows[0])
+        raise ValueError(
+            "axes must give the ranges to draw from, as nothing else bounds the initial conditions. Try "
+            f"axes={{{shown(free)}: (-1, 1)}}."
+        )
+    ranges = checked_ranges(axes, system)
+    if not ranges:
+        raise ValueError("axes must name one row at least")
+    made = launching(shell, tuple(ranges), others)
+    return Ranges(made, tuple(ranges.values()))

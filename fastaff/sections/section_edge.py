@@ -1,26 +1,26 @@
-"""The boundary of the accessible part of a section of an energy surface."""
+"""The boundary of the accessible part of a section of an energy surface: the least and the largest momentum over the
+other coordinate. For a section q_i = c of H(q, p) both are taken at the p_i of the least energy there.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..core.numbers import shown
+from ..core.numbers import entries, shown, span
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.requirements import checked_system
 from ..systems.formulas.section_text import section_forms, section_in_words, section_of
-from ..systems.models.mechanics import System
 from ..systems.models.sections import AlphaTurning, AngleEquals, BetaTurning, Hyperplane
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
-from .energy_limits import NotReached, Where
-from .named_axes import section_row
-from .section_points import fixed_coordinate, radii_over
-from .section_sides import Ellipses, Sides, sides_of_any
-from .surface_points import surface_of
+from .energy_shell import EnergyShell, Momenta, NotReached
+from .invariant_measure import LineMeasure
+from .section_points import radii_over
 
 ENDLESS = 32
 """Number of bounded pieces of a section beyond which there is no end of them, as for a periodic potential."""
@@ -38,6 +38,18 @@ of a range than can be seen or drawn from.
 
 LOOKS = 1000
 """Places at which the momenta are computed."""
+
+STEEPEST = 65
+"""Places of a section at which its slope is computed."""
+
+ACROSS = 128
+"""Parts of the range of a coordinate in which an H of any kind is sampled."""
+
+ALONG = 64
+"""Parts of the range of a momentum in which an H of any kind is sampled."""
+
+HALVINGS = 48
+"""Halvings for the ends of these ranges."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +78,10 @@ class Edge(Result, axis=None):
         return (float(self.coordinate[0]), float(self.coordinate[-1])), (low, high)
 
 
+Box = tuple[tuple[float, float], tuple[float, float]]
+"""Ranges of a coordinate and of its momentum."""
+
+
 class EdgePart(NamedTuple):
     """A bounded part of a section: ranges of the coordinate and of the momentum."""
 
@@ -73,6 +89,14 @@ class EdgePart(NamedTuple):
     high: float
     bottom: float
     top: float
+
+
+class Sides(NamedTuple):
+    """Coordinates (points,), and the least and the largest momentum over each."""
+
+    coordinate: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
 
 
 @says_progress
@@ -121,120 +145,55 @@ def edge(
     """
     system = checked_system(model, needs="an energy surface")
     section = section_of(section, model)
-    where = Where(system, section, energy, p_eta, p_gamma)
-    if not _of_ellipses(system) and not system.quadratic:
-        return _edge_of(sides_of_any(where, max(2, points // 4)))
-    parts = _bounded_parts(where)
+    shell = EnergyShell(system, energy, section, p_eta, p_gamma)
+    if not system.ellipsoidal:
+        u, low, high = (np.concatenate(rows) for rows in zip(*sides_of_any(shell, max(2, points // 4)), strict=True))
+        return Edge(u, (high - low) / 2, (low + high) / 2)
+    slices = _slices_of(shell)
+    parts = _bounded_parts(shell, slices)
     share = max(2, points // len(parts))
     # Dense at all ends, where the boundary is steep.
     dense = (1 - np.cos(np.linspace(0, np.pi, share))) / 2
     u = np.concatenate([part.low + (part.high - part.low) * dense for part in parts])
-    if _of_ellipses(system):
-        return _edge_of([Ellipses(where).sides(u)])
-    value = evaluated(_rest(where), u, np.zeros(u.size, np.int64))[0]
-    return Edge(u, np.sqrt(np.maximum(value, 0.0)), _centre(system, section))
+    reach, centre = slices.ends(u)
+    return Edge(u, reach, centre)
 
 
-def _nodes(system: System, section: Any) -> np.ndarray:
-    """Return the coordinates between which the allowed ones are sought: one turn of an angle."""
-    if system.isotropic:
-        return radii()
-    turns = [
-        period
-        for name, period in zip(system.names, system.periods)
-        if isinstance(section, (Hyperplane, AngleEquals)) and name != section_row(system, section)[0]
-    ]
-    half = turns[0] / 2 if len(turns) == 1 else 0.0
-    return np.linspace(-half, half, TURN + 1) if half > 0 else line()
-
-
-def _of_ellipses(system: System) -> bool:
-    """Tell whether ellipses of momenta differ from place to place."""
-    return system.nonseparable and system.ellipsoidal
-
-
-def _edge_of(pieces: list[Sides]) -> Edge:
-    u, low, high = (np.concatenate(rows) for rows in zip(*pieces, strict=True))
-    return Edge(u, (high - low) / 2, (low + high) / 2)
-
-
-def parts(where: Where) -> list[EdgePart]:
+def edge_parts(shell: EnergyShell) -> list[EdgePart]:
     """Return the pieces of the section of any system."""
-    system = where.system
-    section = where.section
-    if _of_ellipses(system) or system.quadratic:
-        return _bounded_parts(where)
-    box = surface_of(system, where.energy, section, None).box
-    k = 2 - system.names.index(section_row(system, section)[0])
+    if shell.system.ellipsoidal:
+        return _bounded_parts(shell, _slices_of(shell))
+    box = LineMeasure.of(shell, {}).box
+    k = 2 - shell.section_coordinate()[0]
     return [EdgePart(*map(float, (box.low[0], box.high[0], box.low[k], box.high[k])))]
 
 
-def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[float, float]:
-    """Return the range of momenta on a piece of a section."""
-    nodes = np.linspace(low, high, 65) if high > low else np.full(3, low)
-    if _of_ellipses(where.system):
-        found = Ellipses(where)
-
-        def end(side: int) -> Function:
-            return lambda u, _: (side * found.sides(u.ravel())[1 if side < 0 else 2].reshape(u.shape), 0.0 * u)
-
-        bottom, top = (float(highest(end(side), 1, nodes)[0]) for side in (-1, 1))
-        return -bottom, top
-    centre = _centre(where.system, where.section)
-    top = float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
-    return centre - top, centre + top
-
-
-def _usual(where: Where, rest: Function, part: EdgePart) -> EdgePart:
-    """Return a piece of a section with the range of momenta that USUAL of its length needs."""
-    u = part.low + (part.high - part.low) * (np.arange(LOOKS) + 0.5) / LOOKS
-    if _of_ellipses(where.system):
-        _, bottom, top = Ellipses(where).sides(u)
-    else:
-        centre = _centre(where.system, where.section)
-        half = np.sqrt(np.maximum(evaluated(rest, u, np.zeros(u.size, np.int64))[0], 0.0))
-        bottom = centre - half
-        top = centre + half
-    return EdgePart(part.low, part.high, float(np.quantile(bottom, 1 - USUAL)), float(np.quantile(top, USUAL)))
-
-
-def _centre(system: System, section: Any) -> float:
-    """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
-    if not isinstance(section, (Hyperplane, AngleEquals)) or not system.frame:
-        return 0.0
-    i = fixed_coordinate(section, system.model)
-    q = np.zeros(2)
-    q[i] = section.offset / section.normal[i]
-    return float(system.at_rest(q)[1 - i])
-
-
-def _bounded_parts(where: Where) -> list[EdgePart]:
+def _bounded_parts(shell: EnergyShell, slices: Slices) -> list[EdgePart]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
-    system, section, energy = where[:3]
-    rest = _rest(where)
-    nodes = _nodes(system, section)
-    found = intervals(rest, nodes)
+    system, energy, section = shell[:3]
+    nodes = _nodes(shell)
+    found = intervals(slices.room, nodes)
     name = section_in_words(section, system)
     if abs(nodes[-1]) < LARGEST:  # of an angle
         found = [(max(low, float(nodes[0])), min(high, float(nodes[-1]))) for low, high in found]
     if not found:
-        least = _least(where, rest, nodes)
+        least = slices.least(nodes)
         why = f"energy {energy:g} does not reach the section {name}: the least energy there is {least:.6g}"
         if not np.isfinite(least):
             others = [form for form in section_forms(system) if form[:-2] != name.partition("=")[0]]
             why = f"section {name} has no points of finite energy. Try {' or '.join(others[:8])}, with a number c."
-        raise NotReached(where.too_low() or why)
+        raise NotReached(shell.too_low() or why)
     bounded = [ends for ends in found if np.isfinite(ends).all()]
     parts = []
     endless = len(bounded) > ENDLESS
     for low, high in [min(bounded, key=lambda ends: abs(ends[0] + ends[1]))] if endless else bounded:
-        parts.append(EdgePart(low, high, *_momenta_of(where, rest, low, high)))
+        parts.append(EdgePart(low, high, *slices.span(low, high)))
     if not parts or not all(np.isfinite([part.bottom, part.top]).all() for part in parts):
-        if below := where.too_low():
+        if below := shell.too_low():
             raise NotReached(below)
-        why = where.may_escape() or f"energy {energy:g} does not bound the motion"
+        why = shell.may_escape() or f"energy {energy:g} does not bound the motion"
         raise ValueError(f"section {name} is unbounded: {why}. Pass the ranges of the axes.")
-    usual = [_usual(where, rest, part) for part in parts]
+    usual = [_usual(slices, part) for part in parts]
     steep = any(part.top - part.bottom > STEEP * (near.top - near.bottom) for part, near in zip(parts, usual))
     if endless or steep:
         ends = np.array(usual if steep else parts)
@@ -246,7 +205,7 @@ def _bounded_parts(where: Where) -> list[EdgePart]:
                 f"section {name} is unbounded at energy {energy:g}, at a pole of the potential. Pass the ranges of the "
                 f"axes, such as {ranges}."
             )
-        q = next(name for name in system.names if name != section_row(system, section)[0])
+        q = next(name for name in system.names if name != shell.section_row()[0])
         angle = "." if system.separable else f", or periodic={{'{q}': '2*pi'}} if {q} is an angle."
         raise ValueError(
             f"section {name} is unbounded at energy {energy:g}. Pass the ranges of the axes, such as {ranges}{angle}"
@@ -254,18 +213,154 @@ def _bounded_parts(where: Where) -> list[EdgePart]:
     return parts
 
 
-def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
-    """Return the least energy on a section, above which momenta are allowed."""
-    system = where.system
-    left = float(highest(rest, 1, nodes)[0])
-    if _of_ellipses(system):
-        return where.energy - left
-    mass = (
-        system.model.mu
-        if system.isotropic
-        else 0.5 / _weight(system.model, fixed_coordinate(where.section, system.model))
-    )
-    return where.energy - left / (2 * mass)
+def _nodes(shell: EnergyShell) -> np.ndarray:
+    """Return the coordinates between which the allowed ones are sought: one turn of an angle."""
+    system = shell.system
+    if system.isotropic:
+        return radii()
+    turns = [
+        period
+        for name, period in zip(system.names, system.periods)
+        if isinstance(shell.section, (Hyperplane, AngleEquals)) and name != shell.section_row()[0]
+    ]
+    half = turns[0] / 2 if len(turns) == 1 else 0.0
+    return np.linspace(-half, half, TURN + 1) if half > 0 else line()
+
+
+def _usual(slices: Slices, part: EdgePart) -> EdgePart:
+    """Return a piece of a section with the range of momenta that USUAL of its length needs."""
+    u = part.low + (part.high - part.low) * (np.arange(LOOKS) + 0.5) / LOOKS
+    half, centre = slices.ends(u)
+    bottom, top = centre - half, centre + half
+    return EdgePart(part.low, part.high, float(np.quantile(bottom, 1 - USUAL)), float(np.quantile(top, USUAL)))
+
+
+def ranges_to_draw(shell: EnergyShell, axes: Any = None) -> list[Box]:
+    """Return the ranges of coordinate and momentum to draw from: those given, or of each bounded part of the
+    section.
+    """
+    if axes is None:
+        boxes = [((part.low, part.high), (part.bottom, part.top)) for part in edge_parts(shell)]
+    else:
+        ranges = entries("axes", axes, "two ranges (low, high)", 2)
+        (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
+        boxes = [((u0, u1), (v0, v1))]
+    section = shell.section
+    if hasattr(section, "slopes"):  # |P| is below |p| times the length of the section over that of its radius
+        boxes = [
+            ((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1))
+            for (u0, u1), (v0, v1) in boxes
+        ]
+    return boxes
+
+
+def _steepest(section: Any, u0: float, u1: float) -> float:
+    """Return the largest ratio of the lengths along the section and along its radius between two values of that."""
+    with np.errstate(all="ignore"):
+        return float(np.sqrt(1 + np.nanmax(section.leaning(np.linspace(u0, u1, STEEPEST)))))
+
+
+# --- sections whose momenta fill an ellipse over each place ----------------------------------------------------------
+
+
+class EqualEllipses:
+    """Momenta of T(p) + V(q): their square about one centre has a bound over each coordinate."""
+
+    def __init__(self, shell: EnergyShell):
+        self.shell = shell
+        self.room = _rest(shell)
+        self.centre = _centre(shell)
+
+    def ends(self, u: np.ndarray) -> tuple[np.ndarray, float]:
+        """Return the reach of the momentum to each side at coordinates (points,), and its centre."""
+        value = evaluated(self.room, u, np.zeros(u.size, np.int64))[0]
+        return np.sqrt(np.maximum(value, 0.0)), self.centre
+
+    def span(self, low: float, high: float) -> tuple[float, float]:
+        """Return the range of momenta between two coordinates."""
+        top = float(np.sqrt(max(0.0, extrema(self.room, 1, _between(low, high)).f.max())))
+        return self.centre - top, self.centre + top
+
+    def least(self, nodes: np.ndarray) -> float:
+        """Return the least energy on the section, above which momenta are allowed."""
+        system, energy = self.shell[:2]
+        left = float(highest(self.room, 1, nodes)[0])
+        if system.isotropic:
+            return energy - left / (2 * system.model.mu)
+        mass = 0.5 / _weight(system.model, self.shell.section_coordinate()[0])
+        return energy - left / (2 * mass)
+
+
+class Ellipses:
+    """Momenta over the points of a section of an H of second degree in the momenta: ellipses that differ from place to
+    place.
+    """
+
+    def __init__(self, shell: EnergyShell):
+        self.i, self.at, _ = shell.section_coordinate()
+        self.energy = shell.energy
+        self.momenta = Momenta.of(shell.system, self.i)
+
+    def places(self, u: np.ndarray) -> np.ndarray:
+        """Return places (2, ...) over values (...) of the other coordinate."""
+        q = np.full((2, *u.shape), float(self.at))
+        q[1 - self.i] = u
+        return q
+
+    def room(self, u: np.ndarray, _: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return the energy that is left, as a function of one column, and its size."""
+        floor = self.momenta.floor(self.places(u))
+        return self.energy - floor, abs(self.energy) + np.abs(floor)
+
+    def ends(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the reach of the momentum to each side at coordinates (points,), and its centre."""
+        _, low, high = self.sides(u)
+        return (high - low) / 2, (low + high) / 2
+
+    def span(self, low: float, high: float) -> tuple[float, float]:
+        """Return the range of momenta between two coordinates."""
+
+        def end(side: int) -> Function:
+            return lambda u, _: (side * self.sides(u.ravel())[1 if side < 0 else 2].reshape(u.shape), 0.0 * u)
+
+        bottom, top = (float(highest(end(side), 1, _between(low, high))[0]) for side in (-1, 1))
+        return -bottom, top
+
+    def least(self, nodes: np.ndarray) -> float:
+        """Return the least energy on the section, above which momenta are allowed."""
+        return self.energy - float(highest(self.room, 1, nodes)[0])
+
+    def sides(self, u: np.ndarray) -> Sides:
+        """Return the ends of the ellipses over coordinates (points,)."""
+        q = self.places(u)
+        with np.errstate(all="ignore"):
+            room = evaluated(self.room, u, np.zeros(u.size, np.int64))[0]
+            reach, centre = self.momenta.reach(q)
+            half = reach * np.sqrt(2 * np.maximum(room, 0.0))
+        return Sides(u, centre - half, centre + half)
+
+
+Slices = EqualEllipses | Ellipses
+
+
+def _slices_of(shell: EnergyShell) -> Slices:
+    system = shell.system
+    return Ellipses(shell) if system.nonseparable and system.n == 2 else EqualEllipses(shell)
+
+
+def _between(low: float, high: float) -> np.ndarray:
+    return np.linspace(low, high, 65) if high > low else np.full(3, low)
+
+
+def _centre(shell: EnergyShell) -> float:
+    """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
+    system = shell.system
+    if not isinstance(shell.section, (Hyperplane, AngleEquals)) or not system.frame:
+        return 0.0
+    i, at, _ = shell.section_coordinate()
+    q = np.zeros(2)
+    q[i] = at
+    return float(system.at_rest(q)[1 - i])
 
 
 def _weight(model: Any, i: int) -> float:
@@ -274,18 +369,15 @@ def _weight(model: Any, i: int) -> float:
     return float(model.kinetic_energy(*other) - model.velocity(*other)[i] ** 2 / (4 * model.kinetic_energy(*own)))
 
 
-def _rest(where: Where) -> Function:
+def _rest(shell: EnergyShell) -> Function:
     """Return the largest squared momentum at a coordinate as a function of one column; infinite where the other radius
     is unbounded.
     """
-    system, section, energy = where[:3]
+    system, energy, section = shell[:3]
     body = system.model
     linear = isinstance(section, (Hyperplane, AngleEquals))
-    i = fixed_coordinate(section, body) if linear else 0
-    if _of_ellipses(system) and body.degrees_of_freedom == 2:
-        return Ellipses(where).room
+    i, at, _ = shell.section_coordinate() if linear else (0, 0.0, 0)
     if linear and body.degrees_of_freedom == 2:
-        at = section.offset / section.normal[i]
         weight = _weight(body, i)
 
         def left(u, _):
@@ -301,17 +393,87 @@ def _rest(where: Where) -> Function:
             "found.plot() for the points."
         )
     if isinstance(section, (AlphaTurning, BetaTurning)):
-        return lambda u, _: _widest(where, u, alpha=isinstance(section, AlphaTurning))
+        return lambda u, _: _widest(shell, u, alpha=isinstance(section, AlphaTurning))
     radii_over(section, np.zeros(0))  # or TypeError
-    return lambda u, _: where.room(*radii_over(section, u))
+    return lambda u, _: shell.room(*radii_over(section, u))
 
 
-def _widest(where: Where, u: np.ndarray, *, alpha: bool) -> tuple[np.ndarray, np.ndarray]:
+def _widest(shell: EnergyShell, u: np.ndarray, *, alpha: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest squared momentum at u over all values of the other radius, infinite where it has no bound; and
     its size.
     """
     flat = u.ravel()
-    rest = where.radial(flat, alpha=alpha)
+    rest = shell.radial(flat, alpha=alpha)
     far = evaluated(rest, np.full(flat.size, LARGEST), np.arange(flat.size))[0] > 0
     best = np.where(far, np.inf, highest(rest, flat.size, radii())).reshape(u.shape)
-    return best, 2 * where.model.mu * abs(where.energy) + np.abs(best)
+    return best, 2 * shell.model.mu * abs(shell.energy) + np.abs(best)
+
+
+# --- sections of any H(q, p) ----------------------------------------------------------------------------------------
+
+
+def sides_of_any(shell: EnergyShell, points: int) -> list[Sides]:
+    """Return the pieces of a section of any H(q, p), told by a net over the box that the energy bounds."""
+    system, energy = shell[:2]
+    box = LineMeasure.of(shell, {}).box
+    i, at, _ = shell.section_coordinate()
+    low, high = (dict(zip((1 - i, 2, 3), ends)) for ends in (box.low, box.high))
+    nodes = np.linspace(low[2 + i], high[2 + i], ALONG + 1)
+
+    def room(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the energy that is left at points (points,) at the best p_i."""
+
+        def over(p: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            z = np.empty((4, *p.shape))
+            z[i], z[1 - i], z[2 + i], z[3 - i] = at, u[column], p, v[column]
+            return shell.left(z)
+
+        return highest(over, u.size, nodes)
+
+    def best(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the momentum at which the most energy is left over coordinates, and that energy."""
+        a = np.full(u.size, low[3 - i])
+        b = np.full(u.size, high[3 - i])
+        for parts in (ALONG, 8, 8, 8, 8, 8, 8):
+            v = a + (b - a) * np.linspace(0, 1, parts + 1)[:, None]
+            rest = room(np.tile(u, parts + 1), v.ravel()).reshape(v.shape)
+            k = np.clip(rest.argmax(axis=0), 1, parts - 1)
+            a, b, v = (np.take_along_axis(v, (k + step)[None], axis=0)[0] for step in (-1, 1, 0))
+        return v, np.take_along_axis(rest, k[None], axis=0)[0]
+
+    u = np.linspace(low[1 - i], high[1 - i], ACROSS + 1)
+    allowed = best(u)[1] > 0
+    pieces = []
+    if not allowed.any():
+        raise NotReached(f"energy {energy:g} reaches less of the section {system.names[i]}={at:g} than can be seen")
+    for first, last in _runs(allowed):
+        ends = [
+            _bisected(lambda x: best(x)[1] > 0, u[[k]], u[[k + step]])[0] if 0 <= k + step < u.size else u[k]
+            for k, step in ((first, -1), (last, 1))
+        ]
+        dense = ends[0] + (ends[1] - ends[0]) * (1 - np.cos(np.linspace(0, np.pi, points))) / 2
+        is_in = partial(_positive, room, dense)
+        middle = best(dense)[0]
+        sides = [_bisected(is_in, middle, np.full(points, ends[3 - i])) for ends in (low, high)]
+        pieces.append(Sides(dense, *sides))
+    return pieces
+
+
+def _positive(room: Any, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return np.asarray(room(u, v) > 0)
+
+
+def _runs(allowed: np.ndarray) -> list[tuple[int, int]]:
+    """Return the first and the last number of each run of true entries."""
+    steps = np.diff(np.concatenate([[0], allowed.astype(np.int64), [0]]))
+    return list(zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1, strict=True))
+
+
+def _bisected(is_in: Any, inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """Return the last points on the way from inner to outer ones that are in."""
+    for _ in range(HALVINGS):
+        middle = (inner + outer) / 2
+        kept = is_in(middle)
+        inner = np.where(kept, middle, inner)
+        outer = np.where(kept, outer, middle)
+    return inner

@@ -415,14 +415,14 @@ CHILD = """
 import os, sys
 from fastaff.cli import main, progress
 number, part = int(sys.argv.pop(1)), float(sys.argv.pop(1))
-draw = progress.Progress.__call__
+draw = progress.TerminalProgress.__call__
 def watched(self, fraction):
     global number
     draw(self, fraction)
     if fraction >= part and number:
         sent, number = number, 0
         os.kill(os.getpid(), sent)
-progress.Progress.__call__ = watched
+progress.TerminalProgress.__call__ = watched
 main.main()
 """
 

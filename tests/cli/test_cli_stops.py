@@ -106,13 +106,13 @@ def part(self, fraction):
         storm()
 
 part.sent = False
-progress.Progress.__call__ = part
-exit = progress.Progress.__exit__
+progress.TerminalProgress.__call__ = part
+exit = progress.TerminalProgress.__exit__
 def leave(self, *problem):
     if problem[0] is not None:
         storm()  # while what the first has stopped is handed over
     exit(self, *problem)
-progress.Progress.__exit__ = leave
+progress.TerminalProgress.__exit__ = leave
 say = stops.say
 def told(text):
     say(text)

@@ -33,7 +33,7 @@ from fastaff.explorer.page import page, script, worker_text
 from fastaff.explorer.parameters import parameter_values
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import NAMED, named_body
-from fastaff.sections.energy_limits import energy_limits
+from fastaff.sections.energy_shell import energy_limits
 from fastaff.systems.formulas.grammar import parse
 from fastaff.systems.models.mechanics import system_of
 

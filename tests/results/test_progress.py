@@ -1,4 +1,4 @@
-"""What long calls say on terminals: the share done, the time left, and how long this machine compiles."""
+"""What long calls say on terminals: that they compile, the share done, and the time left."""
 
 import importlib
 import inspect
@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.core import compilations
 from fastaff.core.numbers import Passes
 from fastaff.results import progress
 from fastaff.results.calls import records_call
@@ -227,85 +226,47 @@ def test_orbits_that_end_early_are_done_then():
 
 
 @pytest.fixture
-def machine(tmp_path, monkeypatch, clock):
-    """A compiler that keeps its times here, on a machine that is `slow` times slower and has a share of a processor."""
-    state = SimpleNamespace(sources="a", slow=1.0, share=1.0, worked=50.0)
-    monkeypatch.setattr(progress, "_file", lambda: tmp_path / "seconds.json")
-    monkeypatch.setattr(progress, "_sources", lambda: state.sources)
-    monkeypatch.setattr(progress.clock, "process_time", lambda: state.worked)
-    for name, value in (("kernels", []), ("depth", 0), ("seconds", 0.0), ("worked", 0.0), ("speed", None)):
-        monkeypatch.setattr(progress.Compiling, name, value)
+def kernel(monkeypatch, clock):
+    """A compiler that takes the given time for a kernel."""
+    for name in ("kernels", "depth", "seconds"):
+        monkeypatch.setattr(progress.Compiling, name, 0)
 
-    def kernel(name, seconds):
+    def compiled(seconds):
         with progress.Compiling.under_way(), progress.Compiling.under_way():  # of what it calls: the same time
-            progress.Compiling.kernels.append(name)
-            state.worked += seconds * state.slow
-            clock.time += seconds * state.slow / state.share
+            progress.Compiling.kernels += 1
+            clock.time += seconds
 
-    state.kernel = kernel
-    return state
+    return compiled
 
 
-@pytest.mark.parametrize(("slow", "share"), [(1.0, 1.0), (3.0, 1.0), (0.6, 0.4), (2.5, 0.25)])
-@pytest.mark.parametrize("name", ["poincare_map", "frequency_map", "chaos_map"])
-def test_how_long_a_compilation_takes_is_known_early(machine, name, slow, share):
-    """Of a machine of which nothing is known: after a kernel of a second; of a new version from the beginning."""
-    for sources in "ab":
-        machine.sources, machine.slow, machine.share = sources, slow, share
-        call = progress.Compilation(name)
-        if sources == "b":
-            assert call.expected() == pytest.approx(slow * whole(name))
-        machine.kernel("potential", 0.3)
-        for kernel, seconds in compilations.KERNELS.items():
-            machine.kernel(kernel, seconds)
-            assert call.expected() == pytest.approx(whole(name) * slow / share, rel=0.01)
-        assert call.begins
-        machine.kernel("locate", whole(name) - 0.3 - sum(compilations.KERNELS.values()))
-        assert call.expected() == pytest.approx(call.spent()[0])
-        call.end()
-        progress.Compiling.speed = None  # another process
+@pytest.mark.parametrize("seed", range(3))
+def test_time_of_compilation_is_counted_once(kernel, clock, seed):
+    """From the beginning of a call, with that of a kernel under way, without that between kernels."""
+    random = np.random.default_rng(seed)
+    kernel(random.uniform(1.0, 9.0))  # of a call before
+    call = progress.Compilation()
+    seconds = random.uniform(0.1, 5.0, 4)
+    assert not call.begins
+    for taken in seconds:
+        kernel(taken)
+        clock.time += 100.0
+    assert call.begins
+    assert call.spent() == pytest.approx(seconds.sum())
+    with progress.Compiling.under_way():
+        clock.time += 7.0
+        assert call.spent() == pytest.approx(seconds.sum() + 7.0)
 
 
-def whole(name):
-    """Seconds of all parts of a call, on the machine of the table."""
-    return sum(progress.PARTS[part] for part in progress.USED[name].split())
-
-
-def test_what_was_compiled_is_kept(machine, tmp_path):
-    for name in ("poincare_map", "chaos_map"):
-        call = progress.Compilation(name)
-        assert not call.begins
-        call.end()  # nothing was compiled: nothing is kept
-        assert not list(tmp_path.iterdir())
-    machine.kernel("observe", 3.0)
-    call.end()
-    assert progress.Compilation("chaos_map").expected() == progress.OTHER  # a new model
-    assert progress.Compilation("poincare_map").missing == ["sections"]
-    machine.sources = "b"  # a new version
-    assert progress.Compilation("poincare_map").missing == ["steps", "sections"]
-    machine.sources = ""  # a pack has all
-    assert progress.Compilation("poincare_map").missing == []
-    for text in ('{"parts": 3}', "x", "[]", '{"sources": "a", "parts": ["steps"], "speed": "x"}'):
-        machine.sources = "a"
-        (tmp_path / "seconds.json").write_text(text)
-        assert progress.Compilation("chaos_map").missing == ["steps", "indicators"]
-
-
-def test_a_line_of_compilation(machine):
+def test_a_line_of_compilation(kernel):
     line = progress._Line("chaos_map")
     assert line.text(0.6) == ""
-    machine.kernel("observe", 7.0)
-    assert line.text(7.0) == "chaos_map: compiling once, 7 s of about 7 s"
-    machine.kernel("observe", 2.0)
-    assert line.text(9.0) == "chaos_map: compiling once, 9 s longer than expected"
+    kernel(7.0)
+    assert line.text(0.4) == ""
+    assert line.text(7.0) == "chaos_map: compiling once, 7 s"
     line.report(0.0)
     assert line.text(9.0) == "chaos_map: 9 s"  # it computes
-
-
-def test_functions_whose_seconds_are_known_are_there():
-    names = set(progress.USED) - {"demo", "doctor", "animate", "poincare", "chaos-map"}
-    assert names <= set(dir(fa))
-    assert set(" ".join(progress.USED.values()).split()) == set(progress.PARTS)
+    with progress.Compiling.under_way():
+        assert line.text(9.0) == "chaos_map: compiling once, 7 s"
 
 
 def test_a_line_is_taken_away(capsys):

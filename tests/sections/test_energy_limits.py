@@ -5,7 +5,7 @@ import pytest
 
 import fastaff as fa
 from fastaff.cli import main as cli
-from fastaff.sections.energy_limits import energy_limits, may_escape, too_low
+from fastaff.sections.energy_shell import energy_limits, may_escape, too_low
 from fastaff.systems.models.mechanics import system_of
 
 HH = fa.HenonHeiles()

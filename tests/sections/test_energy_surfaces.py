@@ -8,10 +8,9 @@ import pytest
 from scipy.stats import ks_2samp
 
 import fastaff as fa
-from fastaff.sections.energy_grid import lift_sheets
-from fastaff.sections.energy_limits import Where
-from fastaff.sections.invariant_measure import measure_of
-from fastaff.sections.surface_points import surface_of
+from fastaff.sections.energy_shell import EnergyShell
+from fastaff.sections.invariant_measure import LineMeasure, measure_of
+from fastaff.sections.section_points import lift_sheets
 from fastaff.systems.models.contracts import Kind
 from fastaff.systems.models.mechanics import system_of
 
@@ -141,7 +140,7 @@ def test_every_root_of_a_quartic_momentum_is_found():
     for direction in (1, -1):
         u, v = (axis.ravel() for axis in np.meshgrid(*cells))
         section = fa.Hyperplane((1.0, 0, 0, 0), 0.2, direction)
-        z, found, names = lift_sheets(Where(system_of(model), section, energy), u, v)
+        z, found, names = lift_sheets(EnergyShell(system_of(model), energy, section), u, v)
         assert names == ("y", "py")
         grid = np.linspace(-4, 4, 160001)
         for j in range(u.size):
@@ -190,8 +189,9 @@ def test_both_ways_to_draw_a_surface_agree():
     model = fa.hamiltonian(text, coordinates="x y z", momenta="px py pz", a=0.3, b=0.2)
     assert system_of(model).ellipsoidal
     for section in (None, fa.Hyperplane((0, 1.0, 0, 0, 0, 0), 0.1, -1)):
-        one = measure_of(system_of(model), 0.5, section, None).draw(500, 1)[0]
-        other = surface_of(system_of(model), 0.5, section, None).draw(300, 2)[0]
+        shell = EnergyShell(system_of(model), 0.5, section)
+        one = measure_of(shell, None).draw(500, 1)[0]
+        other = LineMeasure.of(shell, {}).draw(300, 2)[0]
         for z in (one, other):
             np.testing.assert_allclose(model.energy(*z), 0.5, rtol=0, atol=1e-13)
             assert section is None or (model.rates(*z)[1] < 0).all()

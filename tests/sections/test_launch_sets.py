@@ -9,6 +9,7 @@ from scipy import optimize, stats
 import fastaff as fa
 from fastaff.jobs.launch import BLOCK, between
 from fastaff.sections import NotReached
+from fastaff.sections.energy_shell import EnergyShell
 from fastaff.sections.invariant_measure import measure_of
 from fastaff.systems.models.mechanics import system_of
 
@@ -573,7 +574,7 @@ def test_few_of_the_points_tried_are_enough():
     """A few times what is refused: whatever the seed, points are found."""
     model = fa.hamiltonian("(x**2 - 1)**2 + (y**2 - 1)**2", coordinates="x y")
     energy = 3e-5  # four wells of half-widths sqrt(E)/2: pi E of a box of 4.4
-    measure = measure_of(system_of(model), energy, None, None)
+    measure = measure_of(EnergyShell(system_of(model), energy), None)
     for seed in range(20):
         z, _ = measure.draw(3, seed)
         np.testing.assert_allclose(energies(model, z), energy, rtol=1e-9)

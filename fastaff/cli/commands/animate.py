@@ -61,7 +61,7 @@ def animate(
     z0, names = _starts(body, section, surface, at)
     heads = None if not at else [_named(names, point) for point in at]
     made: list[Any] = []
-    compiled("animate", lambda: made.append(plot.animate(body, z0, time=time, frames=frames, titles=heads)))
+    compiled(lambda: made.append(plot.animate(body, z0, time=time, frames=frames, titles=heads)))
     animation = made[0]
     with plot.styled():
         title(animation.figure, ", ".join(filter(None, [titled(body), surface_in_words(system, surface)])))

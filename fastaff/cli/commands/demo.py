@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ...results.progress import Compilation
 from ..options import Output
 from ..progress import TerminalProgress, is_cold
 from ..stops import Stops, on_stop, say
@@ -46,7 +45,7 @@ def demo(
         Stops.leave("before the end, when the demo writes its files")
 
     if is_cold():
-        say(f"compiling once (about {Compilation('demo').expected():.0f} s)")
+        say("compiling once")
     try:
         with on_stop(leave):
             demonstration.run(out, quick, threads=threads, meter=meter, overwrite=overwrite)

@@ -122,7 +122,7 @@ def _check() -> dict[str, Any]:
             seconds.append(clock.perf_counter() - begin)
             error.append(float(np.abs(end - z0).max()))
 
-    compiled("doctor", run)
+    compiled(run)
     steps = ORBITS * PERIODS * STEPS
     rate = steps / min(seconds[1:])
     pack = prebuilt() if CodeCache.prebuilt else None

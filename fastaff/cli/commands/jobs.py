@@ -160,7 +160,7 @@ def _check(workers: Workers, told: LogOptions) -> None:
 def _compiled(plan: JobPlan, options: RunOptions, told: LogOptions, name: str) -> None:
     """Compile the kernels that a job needs before its progress is shown."""
     with in_keys(name):
-        settled(next(iter(plan.analyses)).replace("_", "-"), plan, options, announce=not told.quiet)
+        settled(plan, options, announce=not told.quiet)
 
 
 @contextlib.contextmanager

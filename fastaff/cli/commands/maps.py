@@ -34,7 +34,7 @@ def checked(job: Job) -> JobPlan:
     return plan
 
 
-def settled(command: str, plan: JobPlan, run: RunOptions, announce: bool = True) -> dict[str, Any]:
+def settled(plan: JobPlan, run: RunOptions, announce: bool = True) -> dict[str, Any]:
     """Compile the kernels of a plan, in a thread that Ctrl-C need not wait for; return the options of its analyses."""
     few = plan.few()
     found = {}
@@ -46,7 +46,7 @@ def settled(command: str, plan: JobPlan, run: RunOptions, announce: bool = True)
             analysis.compute(small, analysis.brief, brief)
             found[name] = analysis.resolve_defaults(few, run)
 
-    compiled(command, work, announce)
+    compiled(work, announce)
     return found
 
 
@@ -75,7 +75,7 @@ class CommandJob:
         stem = output.stem(f"fastaff-{command}")
         output.check()
         z0, place = whole(plan.launch)
-        options = settled(command, plan, job.options)
+        options = settled(plan, job.options)
         scene = Scene(job, plan, plan.launch.placed(z0, place), look=look)
         mine = next(iter(plan.analyses))
         facts = {**stated(job, plan, z0), **vars(plan.analyses[mine]), **options[mine], "place": place, **facts}

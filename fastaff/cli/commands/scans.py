@@ -42,7 +42,7 @@ def scanned(texts: list[str], job: Any, output: OutputFiles) -> int:
     work = ScanOfChaos(Cases(axes), job.energy_surface, job.initial_conditions, asked)
     one, z0 = _some_case(work, body, section)
     plan = JobPlan(system, section, Points(z0), {"chaos_map": asked})
-    settled("chaos-map", plan._replace(system=current_system(one)), run)
+    settled(plan._replace(system=current_system(one)), run)
     cases = work.cases.size
     facts = {
         **stated(job, plan, None),
@@ -100,7 +100,7 @@ def _at_the_end(axes: list[Scanned], job: Job) -> Job:
 
 def _some_case(work: ScanOfChaos, model: Any, section: Any) -> tuple[Any, Any]:
     """Return the first case, from the last values on, that has orbits."""
-    from ...sections.energy_grid import NotReached
+    from ...sections.energy_shell import NotReached
 
     problem: NotReached | None = None
     for number, values in enumerate(itertools.product(*(axis.values[::-1] for axis in work.cases.axes))):

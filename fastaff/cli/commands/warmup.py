@@ -44,7 +44,7 @@ def warmup() -> int:
     total = 0.0
     for name, job in jobs.items():
         start = clock.perf_counter()
-        compiled("frequency-map", job, announce=False)
+        compiled(job, announce=False)
         seconds = clock.perf_counter() - start
         total += seconds
         print(f"{name:<24}{seconds:6.1f} s", flush=True)
