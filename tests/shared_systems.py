@@ -10,6 +10,15 @@ def well(k=1.0, c=0.0):
     return fa.hamiltonian("k*x**2/2 + c*x**4/4", coordinates="x", k=float(k), c=float(c))
 
 
+def plane(a=0.0, b=0.0, ab=0.0, c=0.0, d=0.0, e=0.0, f=0.0, g=0.0, zero=0.0):
+    """V = a x^2/2 + b y^2/2 + ab x y + c x^2 y - d y^3/3 + e x^4/4 + f x^2 y^2/2 + g y^4/4 + zero: Henon-Heiles for
+    a = b = c = d = 1. Its terms have no value, not even 0, where x^4 is beyond all numbers.
+    """
+    text = "a*x**2/2 + b*y**2/2 + ab*x*y + c*x**2*y - d*y**3/3 + e*x**4/4 + f*x**2*y**2/2 + g*y**4/4 + zero"
+    numbers = {"a": a, "b": b, "ab": ab, "c": c, "d": d, "e": e, "f": f, "g": g, "zero": zero}
+    return fa.hamiltonian(text, **{name: float(value) for name, value in numbers.items()})
+
+
 def duffing(a=0.3, w=1.2, k=-1.0, c=1.0, mass=1.0):
     """mass x'' = -k x - c x^3 + a cos(w t)."""
     return fa.hamiltonian(

@@ -194,7 +194,7 @@ def test_isochronous_orbits_have_constant_vectors():
 
 def cubic(A, B, c):
     """Integrable for c = -1, A = B; c = -6; c = -16, B = 16 A (Chang, Tabor & Weiss 1982)."""
-    return fastaff.hamiltonian("(A*x**2 + B*y**2)/2 + x**2*y - c*y**3/3", A=A, B=B, c=c)
+    return shared_systems.plane(a=A, b=B, c=1, d=c)
 
 
 def quartic(a, b, c, m=1.0):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shared_systems
 from naive import MODELS, energy, label, march, solve, states, step
 
 from fastaff import (
@@ -309,11 +310,11 @@ def test_escape_is_the_same_in_any_unit_of_length(unit):
     """Bound orbits of any size stay OK, also from next to a saddle; unbound ones escape at the same time in every
     unit.
     """
-    well = hamiltonian("-k*x**2/2 + c*x**4/4 + k*y**2", k=1.0, c=1.0 / unit**2)
+    well = shared_systems.plane(-1, 2, e=1.0 / unit**2)
     z0 = unit * np.array([[1e-9, 0.3, 1.5, 0.0], [0.0, 0.2, 0.1, 0.5], [1e-9, 0.1, 0.0, 1e-9], [0.0, 0.1, -0.4, 0.0]])
     run = integrate(well, z0, time=60.0, step=0.02)
     assert (run.status == Status.OK).all()
-    saddle = hamiltonian("-k*x**2/2 + y**2/2", k=1.0)
+    saddle = shared_systems.plane(-1, 1)
     z0 = unit * np.array([[1.0, 0.2], [0.3, 0.1], [1.0, 0.2], [0.1, 0.3]])
     run = integrate(saddle, z0, time=60.0, step=0.02, energy_tolerance=1e9)
     assert (run.status == Status.ESCAPED).all()
