@@ -53,6 +53,19 @@ def springs(K, masses=None, origin=0.0, zero=0.0):
     )
 
 
+def linear_map(matrix, centre=(0.0, 0.0)):
+    """The map (x, p) -> centre + matrix ((x, p) - centre)."""
+    (a, b), (c, d) = np.asarray(matrix, float).tolist()
+    x0, p0 = np.asarray(centre, float).tolist()
+    text = "x1 = x0 + a*(x - x0) + b*(p - p0); p1 = p0 + c*(x - x0) + d*(p - p0)"
+    return fa.iterated_map(text, x0=x0, p0=p0, a=a, b=b, c=c, d=d)
+
+
+def henon(a=1.4, b=0.3):
+    """The dissipative map of Henon (1976)."""
+    return fa.iterated_map("x1 = 1 - a*x**2 + y; y1 = b*x", a=a, b=b)
+
+
 def toda():
     """Three particles on a ring, centre of mass removed (Henon 1974, Phys. Rev. B 9, 1921): integrable, Henon-Heiles to
     third order.
