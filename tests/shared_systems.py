@@ -73,6 +73,11 @@ def toda():
     return fa.hamiltonian("(exp(2*y + 2*sqrt(3)*x) + exp(2*y - 2*sqrt(3)*x) + exp(-4*y))/24 - 1/8")
 
 
+def galaxy(core, q=0.9):
+    """V = log(core^2 + x^2 + y^2/q^2)/2."""
+    return fa.hamiltonian("log(x**2 + y**2/q**2 + c**2)/2", q=float(q), c=float(core))
+
+
 def turning_springs(a=1.0, b=1.0, w=0.3):
     """V = (a x^2 + b y^2)/2 in a frame that turns at the rate w."""
     return fa.hamiltonian("(a*x**2 + b*y**2)/2", rotation="w", a=float(a), b=float(b), w=float(w))

@@ -237,7 +237,7 @@ def pair(a, k):
     """Two unit masses on springs a, coupled by k: frequencies sqrt(a), sqrt(a + 2 k), the coordinates are not the
     modes.
     """
-    return shared_systems.springs(np.array([[a + k, -k], [-k, a + k]]))
+    return shared_systems.plane(a + k, a + k, ab=-k)
 
 
 RUNS = {"default": {}, "coarse": {"scheme": KAHAN_LI8, "step": 0.5}, "order 2": {"scheme": LEAPFROG, "step": 5e-4}}
