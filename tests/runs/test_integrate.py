@@ -486,7 +486,7 @@ def test_steps_chosen_next_to_an_equilibrium_resolve_its_oscillations(amplitude)
 def test_lanes_that_fill_up_a_vector_touch_nothing(scheme, more):
     """Any number of orbits beyond whole vectors, some of which leave on their way, have the same bits."""
     text = "(x**2 + y**2)/2 + x**2*y - y**3/3" + (" + (u**2 + v**2)*(1 + x**2)/2" if "momenta" in more else "")
-    model = hamiltonian(text, coordinates="x y", **more)
+    model = hamiltonian(text, coordinates="x y", **more) if more else shared_systems.plane(1, 1, c=1, d=1)
     z0 = np.random.default_rng(8).normal(size=(4, 31)) * 0.35
     run = {"time": 12.0, "step": 0.1 + 0.01 * np.arange(31), "scheme": scheme, "threads": 1, "energy_tolerance": 0.5}
     whole = integrate(model, z0, **run)
