@@ -532,8 +532,7 @@ def test_every_function_has_a_docstring():
 def test_the_deep_tier_names_tests_that_exist():
     for module, tests in DEEP.items():
         (path,) = Path(__file__).parents[1].rglob(f"{module}.py")
-        tree = tree_of(path)
-        assert tests.keys() <= {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+        assert tests.keys() <= set(re.findall(r"^def (test_\w+)\(", path.read_text(), re.MULTILINE))
 
 
 RACES = re.compile(
