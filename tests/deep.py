@@ -279,6 +279,7 @@ DEEP = {
     "test_quantum_packets": {
         "test_bodies_that_do_not_separate_take_the_same_way": 0,
         "test_number_packets_are_where_their_angles_say": 1,
+        "test_time_scales_agree_with_frequencies_to_order_hbar_squared": 2,
     },
     "test_quantum_statistics": {
         "test_harmonic_count_in_closed_form": 1,

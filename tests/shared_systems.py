@@ -10,6 +10,15 @@ def well(k=1.0, c=0.0):
     return fa.hamiltonian("k*x**2/2 + c*x**4/4", coordinates="x", k=float(k), c=float(c))
 
 
+def plane(a=0.0, b=0.0, ab=0.0, c=0.0, d=0.0, e=0.0, f=0.0, g=0.0, zero=0.0):
+    """V = a x^2/2 + b y^2/2 + ab x y + c x^2 y - d y^3/3 + e x^4/4 + f x^2 y^2/2 + g y^4/4 + zero: Henon-Heiles for
+    a = b = c = d = 1. Its terms have no value, not even 0, where x^4 is beyond all numbers.
+    """
+    text = "a*x**2/2 + b*y**2/2 + ab*x*y + c*x**2*y - d*y**3/3 + e*x**4/4 + f*x**2*y**2/2 + g*y**4/4 + zero"
+    numbers = {"a": a, "b": b, "ab": ab, "c": c, "d": d, "e": e, "f": f, "g": g, "zero": zero}
+    return fa.hamiltonian(text, **{name: float(value) for name, value in numbers.items()})
+
+
 def duffing(a=0.3, w=1.2, k=-1.0, c=1.0, mass=1.0):
     """mass x'' = -k x - c x^3 + a cos(w t)."""
     return fa.hamiltonian(
@@ -44,11 +53,29 @@ def springs(K, masses=None, origin=0.0, zero=0.0):
     )
 
 
+def linear_map(matrix, centre=(0.0, 0.0)):
+    """The map (x, p) -> centre + matrix ((x, p) - centre)."""
+    (a, b), (c, d) = np.asarray(matrix, float).tolist()
+    x0, p0 = np.asarray(centre, float).tolist()
+    text = "x1 = x0 + a*(x - x0) + b*(p - p0); p1 = p0 + c*(x - x0) + d*(p - p0)"
+    return fa.iterated_map(text, x0=x0, p0=p0, a=a, b=b, c=c, d=d)
+
+
+def henon(a=1.4, b=0.3):
+    """The dissipative map of Henon (1976)."""
+    return fa.iterated_map("x1 = 1 - a*x**2 + y; y1 = b*x", a=a, b=b)
+
+
 def toda():
     """Three particles on a ring, centre of mass removed (Henon 1974, Phys. Rev. B 9, 1921): integrable, Henon-Heiles to
     third order.
     """
     return fa.hamiltonian("(exp(2*y + 2*sqrt(3)*x) + exp(2*y - 2*sqrt(3)*x) + exp(-4*y))/24 - 1/8")
+
+
+def galaxy(core, q=0.9):
+    """V = log(core^2 + x^2 + y^2/q^2)/2."""
+    return fa.hamiltonian("log(x**2 + y**2/q**2 + c**2)/2", q=float(q), c=float(core))
 
 
 def turning_springs(a=1.0, b=1.0, w=0.3):

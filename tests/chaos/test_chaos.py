@@ -194,7 +194,7 @@ def test_isochronous_orbits_have_constant_vectors():
 
 def cubic(A, B, c):
     """Integrable for c = -1, A = B; c = -6; c = -16, B = 16 A (Chang, Tabor & Weiss 1982)."""
-    return fastaff.hamiltonian("(A*x**2 + B*y**2)/2 + x**2*y - c*y**3/3", A=A, B=B, c=c)
+    return shared_systems.plane(a=A, b=B, c=1, d=c)
 
 
 def quartic(a, b, c, m=1.0):
@@ -452,7 +452,7 @@ def test_orbits_that_fail_have_a_status_and_no_classification():
 
 def test_orbits_that_meet_steep_forces_late_get_shorter_steps(monkeypatch):
     """A core that a trial of 16 radians misses: the energy of these stars is kept, beside DOP853's classifications."""
-    galaxy = fastaff.hamiltonian("log(Rc**2 + x**2 + (y/q)**2)/2", Rc=0.2, q=0.9)
+    galaxy = shared_systems.galaxy(core=0.2)
     y = np.array([0.36837432, -0.33429969, 0.3880399, 0.51029282])
     p_x = np.array([0.32057775, 0.25158198, 0.45574634, 0.12034896])
     p_y = np.sqrt(2 * (-0.5 - galaxy.potential_energy(0.0, y)) - p_x**2)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shared_systems
 
 import fastaff as fa
 from fastaff.chaos.streamed import BLOCKS, LONG_MEMORY, RECORDS, averaging_error
@@ -9,7 +10,7 @@ from fastaff.systems.models.mechanics import system_of
 
 LORENZ = fa.ode("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
 ROESSLER = fa.ode("x' = -y - z; y' = x + a*y; z' = b + z*(x - c)", a=0.2, b=0.2, c=5.7)
-HENON = fa.iterated_map("x1 = 1 - a*x**2 + y; y1 = b*x", a=1.4, b=0.3)
+HENON = shared_systems.henon()
 
 
 def exponents(model, z0, time):

@@ -64,7 +64,7 @@ def test_weak_lines_are_frequencies(n, time):
 
 def test_two_modes_of_a_turned_oscillator():
     g = 1.618033988749895
-    turned = fa.hamiltonian("((x+y)**2 + g**2*(x-y)**2)/4", coordinates="x y", g=g)
+    turned = shared_systems.plane((1 + g**2) / 2, (1 + g**2) / 2, ab=(1 - g**2) / 2)
     weak = 1e-3
     for time in (1000.0, 10000.0):
         f = fa.frequency_map(turned, np.sqrt(0.5) * np.array([1 + weak, 1 - weak, 0.0, 0.0]), time=time)

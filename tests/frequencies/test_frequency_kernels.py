@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+import shared_systems
 from scipy.linalg import eigvals
 
-from fastaff import Body, HenonHeiles, NeoHookean, hamiltonian
+from fastaff import Body, HenonHeiles, NeoHookean
 from fastaff.frequencies import fundamental
 from fastaff.frequencies.frequency_map import FrequencyWork, checked_signals
 from fastaff.frequencies.fundamental import Loops, tables_of
@@ -316,7 +317,7 @@ def test_weak_modes_of_a_chain_are_frequencies():
     """
     from fastaff import Classification, frequency_map
 
-    model = hamiltonian("(x**2 + 2.3*y**2)/2 + 0.9*x*y", coordinates="x y")
+    model = shared_systems.plane(1, 2.3, ab=0.9)
     K = np.array([[1.0, 0.9], [0.9, 2.3]])
     w2, modes = np.linalg.eigh(K)
     q = modes @ np.array([1.0, 3e-3])

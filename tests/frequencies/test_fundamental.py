@@ -331,7 +331,7 @@ def test_units_origin_and_zero_of_energy():
     f = frequency_map(HenonHeiles(), z0, time=1500.0, step=0.1)
     for length, duration in ((1e6, 1e-6), (1e-6, 1e6)):
         a, b = 1 / duration**2, 1 / (length * duration**2)
-        model = hamiltonian("a*(x**2 + y**2)/2 + b*(x**2*y - y**3/3) + c", a=a, b=b, c=1e3 * a * length**2)
+        model = shared_systems.plane(a, a, c=b, d=b, zero=1e3 * a * length**2)
         scaled = z0 * np.repeat([length, length / duration], 2)[:, None]
         other = frequency_map(model, scaled, time=1500.0 * duration, step=0.1 * duration)
         np.testing.assert_array_equal(other.classification, f.classification)
@@ -357,7 +357,7 @@ def test_lines_too_close_to_tell_are_undecided_and_their_errors_know():
     z = rng.normal(size=(4, 16))
     for split, time in ((1e-3, 400.0), (1e-5, 1000.0), (1e-2, 200.0)):
         turning = fa.hamiltonian("w**2*(x**2 + y**2)/2", rotation=split, w=1.7)
-        coupled = fa.hamiltonian("(x**2 + y**2 + d*x*y)/2", d=2 * split)
+        coupled = shared_systems.plane(1, 1, ab=split)
         for model, exact in ((turning, [1.7 - split, 1.7 + split]), (coupled, np.sqrt([1 - split, 1 + split]))):
             found = fa.frequency_map(model, z, time=time)
             off = np.abs(found.nu[:, None] - np.array(exact)[:, None] / (2 * np.pi)).min(axis=1)
@@ -380,8 +380,8 @@ def test_orbits_of_integrable_systems_are_hardly_ever_irregular_in_short_times()
     for turns in (35, 60, 150):
         a, b, c = rng.uniform(0.5, 2.0, 3)
         toda = fa.hamiltonian("a*exp(x) + b*exp(y - x) + c*exp(-y)", a=a, b=b, c=c)
-        garnier = fa.hamiltonian("(a*x**2 + b*y**2)/2 + (x**2 + y**2)**2/4", a=a, b=b)
-        quartic = fa.hamiltonian("x**4/4 + 3*x**2*y**2 + 4*y**4 + w*(x**2 + 4*y**2)/2", w=a)
+        garnier = shared_systems.plane(a, b, e=1, f=1, g=1)
+        quartic = shared_systems.plane(a, 4 * a, e=1, f=6, g=16)
         for model, rate in ((toda, 0.3 * b**0.5), (garnier, 0.2 * min(a, b) ** 0.5), (quartic, 0.2)):
             found = fa.frequency_map(model, 0.8 * rng.normal(size=(4, 200)), time=turns / rate)
             orbits += np.sum(found.status == fa.Status.OK)

@@ -10,6 +10,7 @@ from fractions import Fraction
 import naive
 import numpy as np
 import pytest
+import shared_systems
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -519,7 +520,7 @@ def test_resonances_are_printed_by_name_with_their_shares():
     ("body", "energy", "rows", "jump"),
     [
         (fastaff.HenonHeiles(), 0.09, ("nu", "error"), None),  # whose own lines are alike: of its largest family
-        (fastaff.hamiltonian("(x**2 + 2.3*y**2)/2 + y**4 + x**2*y**2/4"), 0.15, ("dominant", "dominant_error"), 0.03),
+        (shared_systems.plane(1, 2.3, f=0.5, g=4), 0.15, ("dominant", "dominant_error"), 0.03),
     ],
 )
 def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays(body, energy, rows, jump):

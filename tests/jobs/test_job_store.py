@@ -109,9 +109,10 @@ def test_results_are_saved_and_loaded(made, tmp_path):
 
 
 def test_names_of_stores(tmp_path, made):
-    for name in ("Poincaré späß ☃.zarr", "a b'c\"d", "x" * 100, "deep/er/s"):
-        assert bits(fa.run(JOB, tmp_path / name)) == bits(JobResults.stored(made))
-    assert bits(fa.run(JOB, str(tmp_path / "as text"))) == bits(JobResults.stored(made))
+    whole = bits(JobResults.stored(made))
+    for name in ("Poincaré späß ☃.zarr", "deep/er a b'c\"d", "x" * 100):
+        assert bits(fa.run(JOB, tmp_path / name)) == whole
+    assert bits(fa.run(JOB, str(tmp_path / "as text"))) == whole
 
 
 def test_what_is_no_store(tmp_path):
@@ -348,12 +349,16 @@ def test_chunks_that_were_cut_off(store, made):
 
 def test_chunks_that_were_lost(store):
     """Those of finished chunks; a chunk whose `finished` is lost is computed again."""
+    arrays = {}
     for file in data_files(store):
         if "launch" not in file.relative_to(store).parts and "attempt" not in file.parts:
-            whole = file.read_bytes()
-            file.unlink()
-            refused(store, "is not there", more=False)
-            file.write_bytes(whole)
+            arrays.setdefault(file.relative_to(store).parts[:2], []).append(file)
+    for number, files in enumerate(arrays.values()):  # first, second, ... chunk of the first, second, ... array
+        file = files[number % len(files)]
+        whole = file.read_bytes()
+        file.unlink()
+        refused(store, "is not there", more=False)
+        file.write_bytes(whole)
 
 
 @pytest.mark.parametrize("array", ["integrate/z", "launch/finished", "integrate/status", "poincare/counts"])

@@ -8,6 +8,7 @@ import re
 import battery
 import numpy as np
 import pytest
+import shared_systems
 from comparison import same
 from hypothesis import given
 from hypothesis import strategies as st
@@ -301,7 +302,7 @@ def test_what_to_write_instead(call, said):
 # --- the section of a launch set ------------------------------------------------------------------------------------
 
 AXES = (np.linspace(-0.3, 0.4, 4), np.linspace(-0.2, 0.3, 3))
-CHAIN = fa.hamiltonian("(x**2 + (y - x)**2 + (z - y)**2 + z**2)/2", coordinates="x y z")
+CHAIN = shared_systems.springs(np.array([[2, -1, 0], [-1, 2, -1], [0, -1, 2]]))
 LAUNCHES = {
     "sample": lambda: fa.energy_sample(HH, energy=0.1, orbits=7, section="x=0.05", seed=4),
     "grid": lambda: fa.energy_grid(HH, energy=0.1, axes=AXES, section=Hyperplane((0.0, 1.0, 0.0, 0.0), 0.02, -1)),

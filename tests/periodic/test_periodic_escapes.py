@@ -7,6 +7,11 @@ import fastaff as fa
 from fastaff import Status
 
 
+def quadratic_map(a, unit):
+    """Return the map (x, p) -> (a - x^2 - p, x), with both rows in a unit."""
+    return fa.iterated_map("x1 = u*(a - (x/u)**2) - p; p1 = x", a=float(a), u=unit)
+
+
 def drawn_map(rng):
     """Return a map (x, p) -> (f(x) - p, x) of a polynomial f of degree 1 to 3, in any units about any origin, the
     units and the origin, and its fixed points x = p, f(x) = 2 x, in the map's own units.
@@ -51,21 +56,19 @@ def test_fixed_points_of_random_polynomial_maps_close_within_their_errors():
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
 def test_a_guess_beside_a_fixed_point_whose_neighbours_escape_is_no_orbit(unit):
     """x' = a - x^2 - p at a = 3: (-3, -3), to which the guess is led."""
-    model = fa.iterated_map("x1 = u*(a - (x/u)**2) - p; p1 = x", a=3.0, u=unit)
+    model = quadratic_map(3.0, unit)
     for guess in ([-2.999, -3.0], [-2.9, -3.2], [-4.0, -1.0]):
         found = fa.periodic_orbits(model, unit * np.array(guess))
         assert found.status[0] == Status.OK
         assert found.z[:, 0] / unit == pytest.approx([-3.0, -3.0], rel=1e-14)
-    none = fa.iterated_map("x1 = u*(a - (x/u)**2) - p; p1 = x", a=-1.1, u=unit)
+    none = quadratic_map(-1.1, unit)
     assert (fa.periodic_orbits(none, unit * np.array([[-1.0, -1.001], [-1.0, -1.0]])).status != Status.OK).all()
 
 
 @pytest.mark.parametrize(("start", "branch"), [(-3.0, -1), (1.0, 1)])
 def test_a_family_whose_neighbours_escape_closes(start, branch):
     """x = -1 +- sqrt(1 + a) of x' = a - x^2 - p, from a = 3 on: within the errors at every point."""
-    family = fa.continuation(
-        lambda a: fa.iterated_map("x1 = a - x**2 - p; p1 = x", a=a), [start, start], parameter=3.0, max_steps=50
-    )
+    family = fa.continuation(lambda a: quadratic_map(a, 1.0), [start, start], parameter=3.0, max_steps=50)
     true = -1 + branch * np.sqrt(1 + family.parameter)
     away = np.linalg.norm((family.orbits.z - true) / family.orbits.scale, axis=0)
     assert len(family.parameter) == 51

@@ -300,7 +300,7 @@ def test_units_origin_and_zero_change_nothing(unit):
 
 def test_starts_at_rest_where_V_is_zero_keep_their_energy():
     """No scale of the energy is to be had at the start: T = V = 0 there."""
-    system = fa.hamiltonian("(x**2 + y**2)/2 + x**2*y - y**3/3 - c", c=0.005)
+    system = shared_systems.plane(1, 1, c=1, d=1, zero=-0.005)
     angle = np.linspace(0, 6, 40)
     z0 = np.zeros((4, 40))
     z0[:2] = 0.1 * np.cos(angle), 0.1 * np.sin(angle)
@@ -311,7 +311,7 @@ def test_starts_at_rest_where_V_is_zero_keep_their_energy():
 
 def test_a_fast_orbit_among_slow_ones():
     """Harmonic motion in a quartic well: frequencies from 0.01 to 100 in one set, each with a step of its own."""
-    system = fa.hamiltonian("x**4/4 + y**4/4")
+    system = shared_systems.plane(e=1, g=1)
     rng = np.random.default_rng(2)
     size = np.append(np.full(60, 0.01), 100.0)
     z0 = rng.normal(size=(4, 61)) * np.vstack([size, size, size**2, size**2])

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shared_systems
 from naive import MODELS, energy, label, march, solve, states, step
 
 from fastaff import (
@@ -310,11 +311,11 @@ def test_escape_is_the_same_in_any_unit_of_length(unit):
     """Bound orbits of any size stay OK, also from next to a saddle; unbound ones escape at the same time in every
     unit.
     """
-    well = hamiltonian("-k*x**2/2 + c*x**4/4 + k*y**2", k=1.0, c=1.0 / unit**2)
+    well = shared_systems.plane(-1, 2, e=1.0 / unit**2)
     z0 = unit * np.array([[1e-9, 0.3, 1.5, 0.0], [0.0, 0.2, 0.1, 0.5], [1e-9, 0.1, 0.0, 1e-9], [0.0, 0.1, -0.4, 0.0]])
     run = integrate(well, z0, time=60.0, step=0.02)
     assert (run.status == Status.OK).all()
-    saddle = hamiltonian("-k*x**2/2 + y**2/2", k=1.0)
+    saddle = shared_systems.plane(-1, 1)
     z0 = unit * np.array([[1.0, 0.2], [0.3, 0.1], [1.0, 0.2], [0.1, 0.3]])
     run = integrate(saddle, z0, time=60.0, step=0.02, energy_tolerance=1e9)
     assert (run.status == Status.ESCAPED).all()
@@ -486,7 +487,7 @@ def test_steps_chosen_next_to_an_equilibrium_resolve_its_oscillations(amplitude)
 def test_lanes_that_fill_up_a_vector_touch_nothing(scheme, more):
     """Any number of orbits beyond whole vectors, some of which leave on their way, have the same bits."""
     text = "(x**2 + y**2)/2 + x**2*y - y**3/3" + (" + (u**2 + v**2)*(1 + x**2)/2" if "momenta" in more else "")
-    model = hamiltonian(text, coordinates="x y", **more)
+    model = hamiltonian(text, coordinates="x y", **more) if more else shared_systems.plane(1, 1, c=1, d=1)
     z0 = np.random.default_rng(8).normal(size=(4, 31)) * 0.35
     run = {"time": 12.0, "step": 0.1 + 0.01 * np.arange(31), "scheme": scheme, "threads": 1, "energy_tolerance": 0.5}
     whole = integrate(model, z0, **run)

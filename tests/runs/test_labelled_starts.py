@@ -4,6 +4,7 @@ import importlib
 
 import numpy as np
 import pytest
+import shared_systems
 
 import fastaff as fa
 from fastaff.runs.starts import in_rows, starts_of
@@ -14,7 +15,7 @@ ROWS = ("x", "y", "p_x", "p_y")
 DRIVEN = fa.hamiltonian("x**2/2 - a*x*cos(t)", coordinates="x", drive_period="2*pi", a=0.1)
 MODELS = (
     HENON,
-    fa.hamiltonian("(x**2 + y**2 + z**2)/2", coordinates="x y z"),
+    shared_systems.springs(np.eye(3)),
     fa.ode("x' = v; v' = -x; w' = 0"),
     DRIVEN,
 )

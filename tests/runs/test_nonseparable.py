@@ -697,7 +697,7 @@ def test_long_runs_next_to_a_centre_are_left_to_tolerances():
     spins = 10 ** RNG.uniform(-3.5, -1.5, 6)
     z0 = np.array([RNG.uniform(0.7, 1.2, 6), np.zeros(6), RNG.uniform(-0.4, 0.4, 6), spins])
     flat = np.array([z0[0], 0 * spins, z0[2], spins / z0[0]])
-    plane = fa.integrate(fa.hamiltonian("(x**2 + y**2)/2 + (x**2 + y**2)**2/4"), flat, time=400.0, accuracy=1e-12)
+    plane = fa.integrate(shared_systems.plane(1, 1, e=1, f=1, g=1), flat, time=400.0, accuracy=1e-12)
     x, y, p, q = plane.z
     r = np.hypot(x, y)
     truth, margin = np.array([r, np.arctan2(y, x), (x * p + y * q) / r]), plane.error.max(axis=0) / r**2

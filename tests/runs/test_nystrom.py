@@ -5,6 +5,7 @@ from fractions import Fraction
 import numba
 import numpy as np
 import pytest
+import shared_systems
 
 import fastaff as fa
 from fastaff.engine.fused import FUSED
@@ -13,7 +14,7 @@ from fastaff.engine.lane_sums import CHAIN, VECTOR, sum_of_table
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12, SOFRONIOU_SPALETTA10
 
 DRIVEN = fa.hamiltonian("-cos(x) - a*cos(x - w*t)", coordinates="x", drive_period="2*pi/w", a=0.3, w=1.25)
-PLANE = fa.hamiltonian("(x**2 + w*y**2)/2 + a*x**2*y**2", coordinates="x y", a=0.7, w=1.3)
+PLANE = shared_systems.plane(1, 1.3, f=1.4)
 SPREAD = 0.3
 
 
@@ -88,7 +89,7 @@ def test_errors_cover_the_truth_where_the_package_takes_it():
     rng, ratios = np.random.default_rng(5), []
     for _ in range(4):
         a, w, accuracy = rng.uniform(0.01, 0.2), rng.uniform(0.7, 2.0), 10 ** rng.uniform(-13, -11)
-        pendulum, natural = (model._replace(a=a, w=w) for model in (DRIVEN, PLANE))
+        pendulum, natural = DRIVEN._replace(a=a, w=w), PLANE._replace(b=w, f=2 * a)
         for model, rows, asked in ((pendulum, 2, accuracy), (natural, 4, 0.1 * accuracy)):
             z0, time = rng.uniform(-0.8, 0.8, (rows, 40)), rng.uniform(5.0, 60.0)
             run = fa.integrate(model, z0, time=time, accuracy=asked)

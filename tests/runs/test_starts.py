@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shared_systems
 
 import fastaff as fa
 from fastaff.runs.scales import motion
@@ -142,7 +143,7 @@ def walls(rng, orbits):
             np.concatenate([rng.uniform([[1], [-2]], [[2], [-1]], (2, orbits)), draw[:2]]),
         ),
         "Morse": (fa.hamiltonian("(1 - exp(-x))**2 + 2*(1 - exp(-0.7*y))**2"), 0.4 * draw[:4]),
-        "core": (fa.hamiltonian("log(c**2 + x**2 + y**2/0.81)/2", c=0.1), 0.6 * draw[:4]),
+        "core": (shared_systems.galaxy(core=0.1), 0.6 * draw[:4]),
         "Kepler": (fa.hamiltonian("-1/sqrt(x**2 + y**2)"), np.array(kepler)),
     }
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import shared_systems
 
 import fastaff as fa
 
@@ -77,7 +78,7 @@ def test_free_motion_through_roots_on_steps_and_between():
 
 def test_harmonic_motion_through_roots_on_steps_and_between():
     """A sin(t + a), of steps that divide the period: simple roots, one or two of them, seldom more within two steps."""
-    rng, oscillator, tried = np.random.default_rng(48), fa.hamiltonian("x**2/2", coordinates="x"), 0
+    rng, oscillator, tried = np.random.default_rng(48), shared_systems.well(), 0
     while tried < 60:
         m = int(rng.choice([16, 24, 32]))
         h, A = 2 * np.pi / m, rng.uniform(0.5, 2)
@@ -107,6 +108,7 @@ def test_harmonic_motion_through_roots_on_steps_and_between():
 
 
 def test_an_orbit_in_the_section_has_no_crossings():
-    plane = fa.hamiltonian("x**2/2 + y**2/2", coordinates="x y")
-    found = fa.poincare_map(plane, [1.0, 0.0, 0.0, 0.0], section="y=0", crossings=5, max_time=200.0)
+    found = fa.poincare_map(
+        shared_systems.plane(1, 1), [1.0, 0.0, 0.0, 0.0], section="y=0", crossings=5, max_time=200.0
+    )
     assert not found.counts.any()

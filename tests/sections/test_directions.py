@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shared_systems
 
 import fastaff as fa
 from fastaff.systems.formulas.section_text import canonical, section_named
@@ -75,7 +76,7 @@ def test_sections_without_a_direction_refuse_one():
 
 def test_resonances_of_a_map_agree_with_its_figure():
     """Of the own lines, which figures show: loops are 1:1. Their generators are independent."""
-    potential = fa.hamiltonian("log(x**2 + y**2/q**2 + c**2)/2", q=0.9, c=0.1)
+    potential = shared_systems.galaxy(core=0.1)
     random = np.random.default_rng(5)
     radius, speed = random.uniform(0.5, 1.5, 24), random.uniform(0.7, 1.1, 24)
     found = fa.frequency_map(potential, [radius, 0 * radius, 0 * radius, speed], time=400.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import battery
 import numpy as np
 import pytest
+import shared_systems
 from own_models import Radius
 from scipy import stats
 
@@ -197,9 +198,8 @@ def test_a_time_that_decides_nothing_says_so():
 def test_maps_lose_orbits_through_an_aperture_and_to_infinity():
     """None of them is done again by a scheme of systems in time."""
     rng = np.random.default_rng(0)
-    henon = "x1 = 1 - a*x**2 + p; p1 = b*x"
     makes = {
-        "NONFINITE": lambda a: (fastaff.iterated_map(henon, a=a, b=0.3), rng.uniform(-2, 2, (2, 40))),
+        "NONFINITE": lambda a: (shared_systems.henon(a), rng.uniform(-2, 2, (2, 40))),
         "LOST": lambda a: (fastaff.models.OneTurnMap(octupole=-0.3, aperture=a), rng.uniform(-0.6, 0.6, (4, 40))),
     }
     for name, make in makes.items():

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import shared_systems
 from own_models import OneSpring
 
 import fastaff as fa
@@ -196,7 +197,7 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
     "flow": (LORENZ, "", (2, 2, 3, 3)),
     "map": (fa.models.StandardMap(), "iterated canonical symplectic", (1, 1, 2, 1)),
     "dissipative map": (
-        fa.iterated_map("x1 = 1 - a*x**2 + y; y1 = b*x", a=1.4, b=0.3),
+        shared_systems.henon(),
         "iterated canonical",
         (1, 1, 2, 1),
     ),

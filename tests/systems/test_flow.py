@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import shared_systems
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.special import ellipk
@@ -358,7 +359,7 @@ def test_flows_know_no_units():
 
 def test_hamiltonians_of_adaptive_schemes_know_no_units():
     for unit in (1e-10, 1.0, 1e10):
-        model = fa.hamiltonian("k*(x**2 + y**2)/2 + k/L*(x**2*y - y**3/3)", k=1e-6, L=unit)
+        model = shared_systems.plane(1e-6, 1e-6, c=1e-6 / unit, d=1e-6 / unit)
         start = unit * np.array([0.1, 0.2, 3e-4, 1e-4])
         run = fa.integrate(model, start, time=2e5, scheme="dop853")
         if unit == 1e-10:

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+import shared_systems
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -126,8 +127,7 @@ def test_exponents_of_the_standard_map_are_ln_of_half_k():
 def test_a_linear_map_has_its_eigenvalues_for_exponents():
     rng = np.random.default_rng(4)
     A = rng.standard_normal((2, 2))
-    text = "; ".join(f"{x}1 = {float(A[i, 0])!r}*x + {float(A[i, 1])!r}*p" for i, x in enumerate("xp"))
-    model = fa.iterated_map(text)
+    model = shared_systems.linear_map(A)
     assert not model.symplectic
     assert symplectic_defect(model, [0.1, 0.2]) > 1e-3
     found = fa.chaos_map(model, [0.0, 0.0], time=4000, indicators=(fa.LyapunovSpectrum(),))
@@ -137,7 +137,7 @@ def test_a_linear_map_has_its_eigenvalues_for_exponents():
 
 
 def test_the_dissipative_henon_map_contracts_areas_by_b():
-    model = fa.iterated_map("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3)
+    model = shared_systems.henon()
     found = fa.chaos_map(model, np.array([[0.1, 0.2], [0.1, 0.0]]), time=20000, indicators=(fa.LyapunovSpectrum(),))
     np.testing.assert_allclose(found.spectrum.sum(axis=0), np.log(0.3), atol=1e-9)
     np.testing.assert_allclose(found.spectrum[0], 0.4192, atol=0.006)  # Sprott 2003: 0.41922
@@ -520,7 +520,7 @@ def test_the_periodic_orbits_of_a_map_are_all_different():
 
 
 def test_what_periodic_orbits_of_maps_cannot_be_asked_for():
-    dissipative = fa.iterated_map("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3)
+    dissipative = shared_systems.henon()
     with pytest.raises(ValueError, match="not symplectic"):
         fa.periodic_orbits(dissipative, [0.6, 0.2])
     with pytest.raises(ValueError, match="section is not supported for maps"):
@@ -539,7 +539,7 @@ def test_what_periodic_orbits_of_maps_cannot_be_asked_for():
 @settings(max_examples=20, deadline=None)
 def test_rotation_numbers_of_linear_maps_in_any_unit(nu, size, unit):
     c, s = np.cos(2 * np.pi * nu), np.sin(2 * np.pi * nu)
-    model = fa.iterated_map("x1 = c*x + s*u*p; p1 = c*p - s/u*x", c=c, s=s, u=unit)
+    model = shared_systems.linear_map([[c, s * unit], [-s / unit, c]])
     found = fa.poincare_map(model, [size, 0.0], crossings=1000)
     points = found.points / np.array([size, size / unit])[:, None, None]
     turning = fa.rotation_number(points, centre=(0.0, 0.0))
@@ -711,8 +711,8 @@ def test_an_orbit_ends_with_the_same_iterate_in_all_analyses():
     models = [
         HenonMap(rng.uniform(0.1, 0.4)),
         OneTurnMap(0.28, 0.31, -0.3, rng.uniform(1.0, 2.0)),
-        fa.iterated_map("x1 = x/2; p1 = a*p", a=10.0**a),
-        fa.iterated_map("x1 = b*x; p1 = p + x", b=b),
+        shared_systems.linear_map([[0.5, 0.0], [0.0, 10.0**a]]),
+        shared_systems.linear_map([[b, 0.0], [1.0, 1.0]]),
         fa.iterated_map("x1 = x*x*r + p; p1 = x", domain="9 - x**2", r=r),
     ]
     for model in models:

@@ -14,9 +14,6 @@ from fastaff.systems.models.maps import FroeschleMap, McMillanMap, OneTurnMap, S
 
 TURN = 2 * np.pi
 
-PLANE = fa.iterated_map(
-    "x1 = x0 + a*(x - x0) + b*(p - p0); p1 = p0 + c*(x - x0) + d*(p - p0)", x0=0.1, p0=0.2, a=1.0, b=0.1, c=0.1, d=1.0
-)
 ROWS = "x", "y", "px", "py"
 SPACE = fa.iterated_map(
     "; ".join(
@@ -58,7 +55,7 @@ def test_linear_maps_of_the_plane_in_any_units():
         nu, S, unit = rng.uniform(0.02, 0.98), symplectic(rng, 1), 10.0 ** rng.uniform(-6, 6)
         centre = unit * rng.normal(size=2) * 10.0 ** rng.uniform(-2, 2)
         M = S @ turn(nu) @ np.linalg.inv(S)
-        model = PLANE._replace(x0=centre[0], p0=centre[1], a=M[0, 0], b=M[0, 1], c=M[1, 0], d=M[1, 1])
+        model = shared_systems.linear_map(M, centre)
         own = unit * rng.normal(size=2)
         found = fa.fit_torus(model, centre + S @ own, time=1000)
         assert found.classification is Classification.REGULAR, found.summary()
@@ -241,7 +238,7 @@ def test_driven_oscillator_in_closed_form():
 
 def test_fixed_points_short_times_and_words():
     assert fa.fit_torus(StandardMap(0.5), [np.pi, 0.0], time=1000).dimension == 0
-    four = fa.fit_torus(PLANE._replace(x0=0.0, p0=0.0, a=0.0, b=1.0, c=-1.0, d=0.0), [0.3, 0.1], time=2000)
+    four = fa.fit_torus(shared_systems.linear_map([[0.0, 1.0], [-1.0, 0.0]]), [0.3, 0.1], time=2000)
     assert (four.dimension, four.islands) == (0, 4)
     short = fa.fit_torus(StandardMap(0.5), [0.2, 2.1], time=50)
     assert short.classification is Classification.UNDECIDED
