@@ -24,12 +24,20 @@ from .narrow_features import knots, knots_around
 
 @dataclass(frozen=True)
 class Separated:
-    """A body in a chart of separation: its family, the functions of its coordinates and of eta and gamma, mu."""
+    """A body in a chart of separation: its family, the functions of its coordinates and of eta and gamma, mu, and the
+    breathing term c of T = mu ((1 + c) rho'^2 + ...)/2.
+    """
 
     family: Family
     functions: tuple[Any, Any]
     angular: tuple[Any, Any]
     mu: float
+    breathing: float = 0.0
+
+    @property
+    def radial_mu(self) -> float:
+        """Inertia of the first coordinate, mu (1 + c)."""
+        return self.mu * (1 + self.breathing)
 
     @property
     def isotropic(self) -> bool:

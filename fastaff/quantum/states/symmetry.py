@@ -35,9 +35,29 @@ class SymmetryClass(NamedTuple):
         return abs(self.m + self.l) / 2
 
     @property
+    def K(self) -> tuple[float, float]:
+        """Return a^2 and b^2."""
+        return self.a**2, self.b**2
+
+    @property
     def single_valued(self) -> bool:
         """Whether m + l is even: functions on GL(2,R) itself."""
         return (self.m + self.l) % 2 == 0
+
+    @property
+    def labels(self) -> dict[str, int]:
+        """Return the quantum numbers by name."""
+        return {"m": self.m, "l": self.l}
+
+    def turned(self, eta: np.ndarray, gamma: np.ndarray) -> np.ndarray:
+        """Return the factor of Psi beside the amplitude."""
+        return np.exp(0.5j * ((self.m - self.l) * eta + (self.m + self.l) * gamma))
+
+    def overlap(self, other: object) -> float:
+        """Return the overlap of the functions of the angles."""
+        if not isinstance(other, SymmetryClass):
+            raise ValueError("other must be a state with m and l, got one of a body with angular potentials")
+        return float(self == other)
 
     def alike(self) -> list[SymmetryClass]:
         """Return all classes with the same |m - l| and |m + l|, which have the same levels, itself among them."""
