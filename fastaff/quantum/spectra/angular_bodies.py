@@ -40,15 +40,6 @@ def has_angular_potentials(model: Any) -> bool:
     return system.planar and not system.isotropic
 
 
-def refuse_spins(m: Any, l: Any) -> None:
-    """Raise ValueError if m or l is given for a body with angular potentials."""
-    for name, value in (("m", m), ("l", l)):
-        if value is not None:
-            raise ValueError(
-                f"{name} must be None for a body with angular potentials, got {shown(value)}. Use n_eta and n_gamma."
-            )
-
-
 def refuse_angle_numbers(n_eta: Any, n_gamma: Any) -> None:
     """Raise ValueError if the number of a level of an angle is given for a system without angular potentials."""
     for name, value in (("n_eta", n_eta), ("n_gamma", n_gamma)):

@@ -22,7 +22,7 @@ from ...tori.separation import separate
 from ..solvers.nonseparable import plane_levels
 from ..solvers.vibrations import COORDINATES
 from ..states.level_table import LevelTable, class_levels
-from ..states.symmetry import SymmetryClass, action_quantum, checked_class
+from ..states.symmetry import SymmetryClass, action_quantum, checked_class, refuse_spins
 from .angular_bodies import (
     angular_classes,
     chosen_key,
@@ -30,7 +30,6 @@ from .angular_bodies import (
     has_angular_potentials,
     lowest_levels,
     refuse_angle_numbers,
-    refuse_spins,
 )
 from .separated_classes import SOLVED, Centres, SolvedClass
 from .vibration import vibrates, vibration

@@ -111,6 +111,15 @@ def checked_numbers(n: Any, m: Any, l: Any, single_valued: Any) -> tuple[np.ndar
     return np.array([n1, n2]), spin.copy(), vorticity.copy()
 
 
+def refuse_spins(m: Any, l: Any) -> None:
+    """Raise ValueError if m or l is given for a body with angular potentials."""
+    for name, value in (("m", m), ("l", l)):
+        if value is not None:
+            raise ValueError(
+                f"{name} must be None for a body with angular potentials, got {shown(value)}. Use n_eta and n_gamma."
+            )
+
+
 def action_quantum(hbar: Any, mu: float = 1.0) -> float:
     """Return hbar > 0 if hbar^2/mu is well within the range of floats, with room for products of it."""
     quantum = positive("hbar", hbar)
