@@ -1,11 +1,15 @@
 """Levels and states of bodies with angular potentials against Mathieu functions, other matrices and classical tori."""
 
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import NamedTuple
+
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from scipy.special import mathieu_a, mathieu_b
 
 from fastaff import action_angles
-from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
 from fastaff.core.status import Status
 from fastaff.quantum import (
     NoGroundState,
@@ -19,6 +23,7 @@ from fastaff.quantum import (
 )
 from fastaff.quantum.exact.angle_quanta import AngleQuanta
 from fastaff.quantum.solvers.angle_levels import angle_levels
+from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
 from fastaff.systems.models import (
     Anharmonic,
     Body,
@@ -35,17 +40,33 @@ from fastaff.systems.models import (
 )
 
 
+class Waves(NamedTuple):
+    """c0 + sum of a_k cos(k x) + b_k sin(k x) up to k = 4, as a potential of an angle."""
+
+    c0: float
+    a1: float = 0.0
+    b1: float = 0.0
+    a2: float = 0.0
+    b2: float = 0.0
+    a3: float = 0.0
+    b3: float = 0.0
+    a4: float = 0.0
+    b4: float = 0.0
+
+    def value(self, x):
+        low = self.a1 * np.cos(x) + self.b1 * np.sin(x) + self.a2 * np.cos(2 * x) + self.b2 * np.sin(2 * x)
+        high = self.a3 * np.cos(3 * x) + self.b3 * np.sin(3 * x) + self.a4 * np.cos(4 * x) + self.b4 * np.sin(4 * x)
+        return self.c0 + low + high
+
+    def slope(self, x):
+        low = self.b1 * np.cos(x) - self.a1 * np.sin(x) + 2 * (self.b2 * np.cos(2 * x) - self.a2 * np.sin(2 * x))
+        high = 3 * (self.b3 * np.cos(3 * x) - self.a3 * np.sin(3 * x))
+        return low + high + 4 * (self.b4 * np.cos(4 * x) - self.a4 * np.sin(4 * x))
+
+
 def fourier(c0, c):
-    """Return c0 + sum 2 Re(c_k e^(i k x)) and its derivative as a potential of an angle."""
-    k = np.arange(1, c.size + 1)
-
-    def value(x):
-        return c0 + sum(2 * (a * np.cos(j * x) - b * np.sin(j * x)) for j, a, b in zip(k, c.real, c.imag, strict=True))
-
-    def slope(x):
-        return sum(-2 * j * (a * np.sin(j * x) + b * np.cos(j * x)) for j, a, b in zip(k, c.real, c.imag, strict=True))
-
-    return univariate(value, slope)
+    """Return c0 + sum 2 Re(c_k e^(i k x)) as a potential of an angle."""
+    return Waves(c0, *np.ravel(np.array([2 * c.real, -2 * c.imag]).T).tolist())
 
 
 def independent(c0, c, shift, size=120):
@@ -59,9 +80,7 @@ def independent(c0, c, shift, size=120):
 
 def of_oscillators(K_eta, K_gamma, walls, hbar, mu, k, count):
     """Return the lowest levels hbar omega (2 n + 2 + s_alpha + s_beta) of an oscillator with walls."""
-    s_alpha, s_beta = (
-        np.sqrt(K + 2 * mu * wall / hbar**2) for K, wall in zip((K_eta, K_gamma), walls, strict=True)
-    )
+    s_alpha, s_beta = (np.sqrt(K + 2 * mu * wall / hbar**2) for K, wall in zip((K_eta, K_gamma), walls, strict=True))
     n = np.arange(30)
     E = 2 * (n[:, None] + n)[..., None, None] + 2 + s_alpha[:, None] + s_beta
     return np.sort(hbar * np.sqrt(k / mu) * E.ravel())[:count]
@@ -88,18 +107,20 @@ def test_mathieu(seed):
     exact = of_oscillators(*K, (2 * C, 0.0), hbar, mu, C, 41)
     assert np.all(np.abs(found.E - exact[:40]) <= found.error + 3e-13 * exact[:40])
     assert found.converged.all()
-    assert found.complete_below == pytest.approx(exact[40], rel=1e-12)
+    assert found.E[-1] <= found.complete_below <= exact[40] * (1 + 1e-12)
     np.testing.assert_allclose(found.constants[2], hbar**2 / (2 * mu) * K[0][found.n[2]], atol=1e-12 * K[0][-1])
     np.testing.assert_allclose(found.constants[:2].sum(axis=0), found.E, rtol=1e-14)
 
 
 @pytest.mark.parametrize("single_valued", [True, False])
 @pytest.mark.parametrize("angle", [Zero(), Cosine(0.0)], ids=["Zero", "Cosine(0)"])
-@pytest.mark.parametrize("potential", [Harmonic(1.3), Anharmonic(0.7), HeavyTop(1.0, 0.4)], ids=lambda V: type(V).__name__)
+@pytest.mark.parametrize(
+    "potential", [Harmonic(1.3), Anharmonic(0.7), HeavyTop(1.0, 0.4)], ids=lambda V: type(V).__name__
+)
 def test_without_a_potential_the_levels_are_those_of_m_and_l(potential, angle, single_valued):
     how = {"hbar": 0.7, "single_valued": single_valued}
-    found = spectrum(StackelBody(potential, angle, angle, 0.8), count=60, **how)
-    expected = all_levels(Body(potential, 0.8), max_energy=found.E[-1] * 1.001, **how).upto(60)
+    found = spectrum(StackelBody(potential, angle, angle, 0.8), count=20, **how)
+    expected = all_levels(Body(potential, 0.8), max_energy=found.E[-1] * 1.001, **how).upto(20)
     if isinstance(potential, HeavyTop):  # the classes of both calls share other bases
         assert np.all(np.abs(found.E - expected.E) <= found.error + expected.error)
     else:
@@ -110,8 +131,7 @@ def test_without_a_potential_the_levels_are_those_of_m_and_l(potential, angle, s
 def test_levels_of_angles_against_another_matrix(seed):
     """Random Fourier series of all sizes, up to deep wells."""
     rng = np.random.default_rng(100 + seed)
-    c = 10 ** rng.uniform(-2, 2.5) * (rng.normal(size=rng.integers(1, 6)) @ np.ones(1) if False else rng.normal(size=4))
-    c = c + 1j * np.abs(c).max() * rng.normal(size=4)
+    c = 10 ** rng.uniform(-2, 2.5) * (rng.normal(size=4) + 1j * rng.normal(size=4))
     c0 = rng.normal()
     hbar, mu = rng.uniform(0.3, 2.0, 2)
     V = fourier(c0 * hbar**2 / (2 * mu), c * hbar**2 / (2 * mu))
@@ -131,23 +151,48 @@ def test_levels_of_angles_against_another_matrix(seed):
     assert (double.periodic == hill)[sure].all()
 
 
+def by_pieces(V, edges, count, p=20):
+    """Return the lowest levels of -X'' + V X on the circle by polynomials between edges, where V is smooth."""
+    x, w = np.polynomial.legendre.leggauss(p + 8)
+    basis = np.polynomial.legendre.legvander(x, p)
+    slopes = np.array([np.polynomial.legendre.legval(x, np.polynomial.legendre.legder(row)) for row in np.eye(p + 1)]).T
+    # hats at both ends, and differences of Legendre polynomials that vanish there
+    change = np.zeros((p + 1, p + 1))
+    change[:2, 0] = 0.5, -0.5
+    change[:2, p] = 0.5, 0.5
+    for k in range(1, p):
+        change[k + 1, k] = 1.0
+        change[k - 1, k] = -1.0
+    basis, slopes = basis @ change, slopes @ change
+    size = (edges.size - 1) * p
+    H = np.zeros((size, size))
+    S = np.zeros((size, size))
+    for e, (a, b) in enumerate(pairwise(edges)):
+        at = (e * p + np.arange(p + 1)) % size
+        h = (b - a) / 2
+        values = V(a + h * (1 + x))
+        H[np.ix_(at, at)] += (slopes.T * w / h) @ slopes + (basis.T * (w * h * values)) @ basis
+        S[np.ix_(at, at)] += (basis.T * w * h) @ basis
+    return eigh(H, S, eigvals_only=True)[:count]
+
+
 def test_errors_of_rough_potentials_cover():
-    """Potentials with kinks and steps: against a basis four times as large as any that is used."""
+    """Potentials with kinks and steps: against polynomials between their kinks."""
+    step = np.arccos(0.3)
     ratios = []
-    for V in (
-        lambda x: np.abs(np.sin(x)) ** 3,
-        lambda x: np.abs(np.sin(x)),
-        lambda x: 1.0 * (np.cos(x) > 0.3),
-        lambda x: np.exp(-np.abs(np.sin(x / 2))),
+    for V, kinks in (
+        (lambda x: np.abs(np.sin(x)) ** 3, [0.0]),
+        (lambda x: np.abs(np.sin(x)), [0.0]),
+        (lambda x: 1.0 * (np.cos(x) > 0.3), [-step, step]),
+        (lambda x: np.exp(-np.abs(np.sin(x / 2))), [0.0]),
     ):
+        edges = np.union1d(np.linspace(-np.pi, np.pi, 9), kinks)
         for size in (1.0, 30.0):
-            M = 1 << 15
-            x = (np.arange(M) + 0.5) * 2 * np.pi / M - np.pi
-            spectrum_of_V = np.fft.fft(size * V(x)) / M * np.exp(1j * np.arange(M) * np.pi * (1 - 1 / M))
-            k = np.arange(-1000, 1001)
-            truth = np.linalg.eigvalsh(np.diag(1.0 * k**2) + spectrum_of_V[(k[:, None] - k) % M] + 0j)[:8]
-            found = angle_levels("V", univariate(lambda x, V=V, size=size: size * V(x)), 8, 1.0, 0.5, 1e-6, True)
-            ratios.append((np.abs(found.K - truth) - 3e-10) / found.error)
+            truth = by_pieces(lambda x, V=V, size=size: size * V(x), edges, 8)
+            found = angle_levels(
+                "V", SimpleNamespace(value=lambda x, V=V, size=size: size * V(x)), 8, 1.0, 0.5, 1e-6, True
+            )
+            ratios.append((np.abs(found.K - truth) - 1e-10) / found.error)
     ratios = np.concatenate(ratios)
     assert (ratios <= 1).mean() > 0.98
     assert ratios.max() < 10
@@ -161,7 +206,9 @@ GAMMA = fourier(2.0, np.array([0.1 - 0.3j, 0.2]))
 @pytest.mark.parametrize("single_valued", [True, False])
 def test_both_charts_have_the_same_levels(potential, single_valued):
     how = {"count": 25, "hbar": 0.6, "single_valued": single_valued}
-    first, second = (spectrum(StackelBody(potential, ETA, GAMMA, 1.4), chart=c, **how) for c in (ALPHA_BETA, R_VARTHETA))
+    first, second = (
+        spectrum(StackelBody(potential, ETA, GAMMA, 1.4), chart=c, **how) for c in (ALPHA_BETA, R_VARTHETA)
+    )
     assert np.all(np.abs(first.E - second.E) <= first.error + second.error)
     assert first.names == ("alpha", "beta", "eta", "gamma")
     assert second.names == ("r", "vartheta", "eta", "gamma")
@@ -195,7 +242,13 @@ def test_states_solve_the_equation_in_four_dimensions(body):
         H = -(hbar**2) / (2 * body.mu) * laplacian(state.planes, q, 2e-3) + body.potential_energy(*q) * psi
         np.testing.assert_allclose(H, levels.E[k] * psi, atol=3e-6 * np.abs(psi).max() * levels.E[k])
         assert state.norm() == pytest.approx(1, abs=1e-12)
-        assert state.labels == dict(zip(("n_r", "n_vartheta") if "r" in levels.names else ("n_alpha", "n_beta"), levels.n[:2, k].tolist(), strict=True)) | {"n_eta": levels.n[2, k], "n_gamma": levels.n[3, k]}
+        assert state.labels == dict(
+            zip(
+                ("n_r", "n_vartheta") if "r" in levels.names else ("n_alpha", "n_beta"),
+                levels.n[:2, k].tolist(),
+                strict=True,
+            )
+        ) | {"n_eta": levels.n[2, k], "n_gamma": levels.n[3, k]}
 
 
 def test_states_are_orthonormal_and_single_valued():
@@ -220,7 +273,8 @@ def test_states_are_orthonormal_and_single_valued():
 def test_states_of_the_double_cover_change_sign():
     body = StackelBody(Harmonic(1.2), ETA, GAMMA, 1.4)
     found = spectrum(body, count=30, hbar=0.6, single_valued=False)
-    assert not set(spectrum(body, count=8, hbar=0.6).E) - set(found.E)
+    single = spectrum(body, count=8, hbar=0.6).E
+    assert np.abs(single[single < found.E[-1], None] - found.E).min(axis=1).max() < 1e-12
     q = np.array([0.9, 0.7, 0.3, 1.1])
     turned = q + np.array([0, 0, 2 * np.pi, 0])
     seen = set()
@@ -237,11 +291,11 @@ def test_states_of_the_double_cover_change_sign():
 
 def test_lists_are_complete():
     body = StackelBody(Harmonic(1.2), ETA, GAMMA, 1.4)
-    found = all_levels(body, max_energy=4.5, hbar=0.6)
+    found = all_levels(body, max_energy=6.2, hbar=0.6)
     more = spectrum(body, count=len(found) + 1, hbar=0.6)
     assert (more.E[:-1] == found.E).all()
-    assert more.E[-1] >= 4.5
-    assert found.complete_below == 4.5
+    assert more.E[-1] >= 6.2
+    assert found.complete_below == 6.2
     assert found.state(1).norm() == pytest.approx(1, abs=1e-12)
     multiplets = all_levels(StackelBody(Harmonic(), Zero(), Zero()), multiplets=5).multiplets()
     assert multiplets.degeneracy.tolist() == [1, 4, 10, 20, 35]
@@ -255,8 +309,8 @@ def test_levels_of_a_body_that_dissociates():
     """A well of finite depth: the levels below an energy, though the body binds only a few."""
     well = univariate(lambda q: -6 * np.exp(-(q**2)), lambda q: 12 * q * np.exp(-(q**2)))
     body = StackelBody(SeparableAlphaBeta(Oscillator(1.0), well), Zero(), Cosine(0.0), 2.0)
-    found = all_levels(body, max_energy=-1.0, hbar=0.5)
-    expected = all_levels(Body(body.potential, 2.0), max_energy=-1.0, hbar=0.5)
+    found = all_levels(body, max_energy=-2.0, hbar=1.5)
+    expected = all_levels(Body(body.potential, 2.0), max_energy=-2.0, hbar=1.5)
     assert len(found) == len(expected) > 3
     assert np.all(np.abs(found.E - expected.E) <= found.error + expected.error)
 
@@ -264,9 +318,11 @@ def test_levels_of_a_body_that_dissociates():
 def test_attracting_levels_fall_to_the_centre():
     attracting = univariate(lambda x: np.cos(2 * x), lambda x: -2 * np.sin(2 * x))
     body = StackelBody(Harmonic(), attracting, Zero())
-    with pytest.raises(NoGroundState, match="V_eta must have no level below 0.*the body falls to the centre alpha = 0"):
+    with pytest.raises(
+        NoGroundState, match=r"V_eta must have no level below 0.*the body falls to the centre alpha = 0"
+    ):
         spectrum(body, count=2)
-    with pytest.raises(NoGroundState, match="V_gamma must.*centre beta = 0"):
+    with pytest.raises(NoGroundState, match=r"V_gamma must.*centre beta = 0"):
         all_levels(StackelBody(Hyperelastic(), Zero(), attracting), max_energy=9.0)
     level = spectrum(body, n_eta=2, n_gamma=0, count=1)  # repels: its own class has a ground state
     assert level.E[0] == pytest.approx(2 + np.sqrt(mathieu_a(1, 1.0)), rel=1e-12)
@@ -299,9 +355,9 @@ def test_quasiclassical_levels_tend_to_the_exact_ones():
     wall = fourier(6.0, np.array([0.5 + 0.4j, 1.2]))
     errors = []
     for hbar in (0.4, 0.1):
-        exact = angle_levels("V", wall, 60, hbar, 1.0, 1e-10, True).K * hbar**2 / 2
+        exact = angle_levels("V", wall, 40, hbar, 1.0, 1e-10, True).K * hbar**2 / 2
         quanta = AngleQuanta(wall, 1.0, 2 * np.pi * hbar, 1)
-        levels = np.array([quanta.level(k) for k in range(60)])
+        levels = np.array([quanta.level(k) for k in range(40)])
         away = np.abs(levels - quanta._top) > 2 * hbar  # not next to the separatrix
         errors.append(np.nanmax(np.abs(levels - exact)[away]))
     assert errors[1] < 0.25 * errors[0]
@@ -310,8 +366,8 @@ def test_quasiclassical_levels_tend_to_the_exact_ones():
 @pytest.mark.parametrize("single_valued", [True, False])
 def test_quasiclassical_levels_without_angular_potentials_are_exact(single_valued):
     body = StackelBody(Anharmonic(0.7), Zero(), Zero(), 1.2)
-    found = quasiclassical_levels(body, max_energy=6.0, hbar=0.8, single_valued=single_valued)
-    exact = all_levels(Body(Anharmonic(0.7), 1.2), max_energy=6.0, hbar=0.8, single_valued=single_valued)
+    found = quasiclassical_levels(body, max_energy=5.0, hbar=0.8, single_valued=single_valued)
+    exact = all_levels(Body(Anharmonic(0.7), 1.2), max_energy=5.0, hbar=0.8, single_valued=single_valued)
     np.testing.assert_allclose(found.E, exact.E, rtol=1e-12)
     same = quasiclassical_levels(body, n=found.n, hbar=0.8, single_valued=single_valued)
     np.testing.assert_allclose(same.E, found.E, rtol=1e-13)
@@ -352,18 +408,22 @@ HARMONIC = StackelBody(Harmonic(), ETA, GAMMA)
         (lambda: spectrum(Body(Harmonic()), m=0, l=0, n_eta=0, count=1), ValueError, "n_eta must be None"),
         (lambda: spectrum_table(HARMONIC, m=[0], l=[0], count=1), TypeError, "angular potentials"),
         (
-            lambda: spectrum(StackelBody(Harmonic(), univariate(lambda x: np.sin(x / 2) ** 1 * 1.0), Zero()), count=1),
+            lambda: spectrum(StackelBody(Harmonic(), univariate(lambda x: np.sin(x / 2)), Zero()), count=1),
             ValueError,
             "V_eta must have the period 2 pi",
         ),
         (
-            lambda: spectrum(StackelBody(Harmonic(), Zero(), univariate(lambda x: 1 / np.maximum(np.cos(x), 0.0))), count=1),
+            lambda: spectrum(
+                StackelBody(Harmonic(), Zero(), univariate(lambda x: 1 / np.maximum(np.cos(x), 0.0))), count=1
+            ),
             ValueError,
             "V_gamma must be finite",
         ),
         (lambda: husimi(spectrum(HARMONIC, count=1).state(0)), ValueError, "must have m and l"),
         (
-            lambda: spectrum(HARMONIC, count=1).state(0).overlap(spectrum(Body(Harmonic()), m=0, l=0, count=1).state(0)),
+            lambda: (
+                spectrum(HARMONIC, count=1).state(0).overlap(spectrum(Body(Harmonic()), m=0, l=0, count=1).state(0))
+            ),
             ValueError,
             "other must be a state",
         ),
@@ -396,5 +456,5 @@ def test_packets_of_states():
     assert packet.density(0.9, 0.5) == pytest.approx(
         0.36 * found.state(0).density(0.9, 0.5) + 0.64 * found.state(2).density(0.9, 0.5)
     )
-    with pytest.raises(TypeError, match="angular potentials"):
+    with pytest.raises(ValueError, match="angular potentials"):
         projected_packet(HARMONIC, lambda alpha, beta: np.exp(-alpha - beta), m=0, l=0, count=3)

@@ -11,6 +11,7 @@ from ...core.docstrings import inserts_parameters
 from ...core.names import named
 from ...core.numbers import flag, listed, positive, real, shown, text, whole
 from ...results.calls import records_call
+from ...runs.requirements import current_system
 from ...systems.charts import Chart
 from ...systems.models.contracts import Dynamics, SeparableModel
 from ...tori.inverse_tori import LARGEST_ACTION, energy_of_actions
@@ -133,7 +134,7 @@ def quasiclassical_levels(
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {shown(maslov)}")
-    if not separated.isotropic:
+    if not (current_system(model).isotropic or (separated.isotropic and m is not None)):
         refuse_spins(m, l)
         tori = AngularTori(model, chart, float(hbar), indices, flagged, guess)
         if (n is None) == (max_energy is None):
