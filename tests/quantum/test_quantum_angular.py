@@ -187,11 +187,10 @@ def test_errors_of_rough_potentials_cover():
         (lambda x: np.exp(-np.abs(np.sin(x / 2))), [0.0]),
     ):
         edges = np.union1d(np.linspace(-np.pi, np.pi, 9), kinks)
-        for size in (1.0, 30.0):
-            truth = by_pieces(lambda x, V=V, size=size: size * V(x), edges, 8)
-            found = angle_levels(
-                "V", SimpleNamespace(value=lambda x, V=V, size=size: size * V(x)), 8, 1.0, 0.5, 1e-6, True
-            )
+        for size in (0.7, 4.0):
+            truth = by_pieces(lambda x, V=V, size=size: size * V(x), edges, 6)
+            rough = SimpleNamespace(value=lambda x, V=V, size=size: size * V(x))
+            found = angle_levels("V", rough, 6, 1.0, 0.5, 1e-4, True)
             ratios.append((np.abs(found.K - truth) - 1e-10) / found.error)
     ratios = np.concatenate(ratios)
     assert (ratios <= 1).mean() > 0.98
@@ -309,9 +308,9 @@ def test_levels_of_a_body_that_dissociates():
     """A well of finite depth: the levels below an energy, though the body binds only a few."""
     well = univariate(lambda q: -6 * np.exp(-(q**2)), lambda q: 12 * q * np.exp(-(q**2)))
     body = StackelBody(SeparableAlphaBeta(Oscillator(1.0), well), Zero(), Cosine(0.0), 2.0)
-    found = all_levels(body, max_energy=-2.0, hbar=1.5)
-    expected = all_levels(Body(body.potential, 2.0), max_energy=-2.0, hbar=1.5)
-    assert len(found) == len(expected) > 3
+    found = all_levels(body, max_energy=-2.0, hbar=1.0)
+    expected = all_levels(Body(body.potential, 2.0), max_energy=-2.0, hbar=1.0)
+    assert len(found) == len(expected) > 2
     assert np.all(np.abs(found.E - expected.E) <= found.error + expected.error)
 
 

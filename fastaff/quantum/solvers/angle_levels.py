@@ -81,8 +81,7 @@ def _levels(name: str, V: Any, W: np.ndarray, count: int, tolerance: float, shif
         waves = _wave_numbers(count, shift)[:count]
         functions = tuple(_function(np.eye(count)[k], shift) for k in range(count))
         return AngleLevels(low + waves**2, np.zeros(count), functions, count)
-    spectrum = np.fft.rfft(W) / SAMPLES
-    spectrum *= np.exp(1j * np.arange(spectrum.size) * np.pi * (1 - 1 / SAMPLES))  # samples begin next to -pi
+    spectrum = _coefficients(W)
     rough = np.abs(spectrum[spectrum.size // 4 :]).max() > SMOOTH * height / SAMPLES**0.5
     first = int(1.3 * _needed(W, count)) + 24
     check_size(name, first, count)
@@ -99,7 +98,31 @@ def _levels(name: str, V: Any, W: np.ndarray, count: int, tolerance: float, shif
     powers = POWERS[POWERS <= ROUGH] if rough else POWERS[POWERS > ROUGH]
     _, (values, vectors), error, size = until_equal(solve, first, 1.0, 1.0, count, tolerance, powers)
     functions = tuple(_function(vectors[0, :, k], shift) for k in range(count))
-    return AngleLevels(values[0, :count], error[0], functions, size)
+    sampling = _sampling_errors(W, vectors[0, :, :count], functions, shift) if rough else 0.0
+    return AngleLevels(values[0, :count], error[0] + sampling, functions, size)
+
+
+def _coefficients(W: np.ndarray) -> np.ndarray:
+    """Return the complex Fourier coefficients of samples; they begin next to -pi."""
+    spectrum = np.fft.rfft(W) / SAMPLES
+    return spectrum * np.exp(1j * np.arange(spectrum.size) * np.pi * (1 - 1 / SAMPLES))
+
+
+def _sampling_errors(
+    W: np.ndarray, vectors: np.ndarray, functions: tuple[AngleFunction, ...], shift: float
+) -> np.ndarray:
+    """Return the errors (levels,) of the mean of W X^2 over the samples: at a jump half of it, elsewhere the change by
+    half of the samples.
+    """
+    halves = _matrix(_coefficients(np.where(np.arange(SAMPLES) % 2, W, -W)), len(vectors), shift)
+    error = np.abs((vectors * (halves @ vectors)).sum(axis=0))
+    change = np.abs(np.diff(W, append=W[:1]))
+    jumps = np.maximum(change - 2 * np.maximum(np.roll(change, 1), np.roll(change, -1)), 0.0)
+    places = np.flatnonzero(jumps > PERIODIC * (W.max() - W.min()))
+    if places.size:
+        density = np.array([function(angles(SAMPLES)[places]) ** 2 for function in functions])
+        error = error + density @ jumps[places] / (2 * SAMPLES)
+    return error
 
 
 def _needed(W: np.ndarray, count: int) -> float:
