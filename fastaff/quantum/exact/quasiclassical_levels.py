@@ -134,7 +134,7 @@ def quasiclassical_levels(
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {shown(maslov)}")
-    if not (current_system(model).isotropic or (separated.isotropic and m is not None)):
+    if not separated.isotropic or (current_system(model).planar and not current_system(model).isotropic and m is None):
         refuse_spins(m, l)
         tori = AngularTori(model, chart, float(hbar), indices, flagged, guess)
         if (n is None) == (max_energy is None):

@@ -36,6 +36,8 @@ SHARE = 0.01
 
 def has_angular_potentials(model: Any) -> bool:
     """Return whether a system is a body with potentials of eta or gamma."""
+    if hasattr(model, "breathing"):
+        return False
     system = checked_system(model, needs="H = T(p) + V(q)")
     return system.planar and not system.isotropic
 

@@ -17,7 +17,7 @@ from ...runs.requirements import checked_system
 from ...systems.charts import Chart
 from ...systems.models import Body
 from ...systems.models.contracts import Dynamics
-from ...tori.families import Family
+from ...tori.families import R_VARTHETA_FAMILY, Family
 from ...tori.separation import separate
 from ..solvers.nonseparable import plane_levels
 from ..solvers.vibrations import COORDINATES
@@ -38,6 +38,9 @@ P = ParamSpec("P")
 
 
 def _checked_body(model: Any) -> None:
+    if hasattr(model, "breathing"):
+        separate(model)  # refuses a potential that does not separate in r and vartheta
+        return
     system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.isotropic:
         why = f". Use spectrum(model, count=..., hbar=...) for one to {COORDINATES} coordinates."
@@ -84,9 +87,9 @@ def spectrum(
 
     Parameters
     ----------
-    model : Body, StackelBody or model
-        A body, separable or not, a separable body with angular potentials, or a system H = T(p) + V(q) of one to three
-        coordinates with T quadratic in the momenta.
+    model : Body, StackelBody, BreathingBody or model
+        A body, separable or not; a separable body with angular potentials or a breathing term; or a system H = T(p) +
+        V(q) of one to three coordinates with T quadratic in the momenta.
     m, l : int, optional
         Quantum numbers of spin and vorticity. Required for a `Body` and not supported for other systems.
     n_eta, n_gamma : int, optional
@@ -283,7 +286,8 @@ def separated_tables(
 def solved_families(model: Any) -> list[Family]:
     """Return the families in which the body separates and its levels are computed coordinate by coordinate."""
     potential = getattr(model, "potential", None)
-    return [family for family in SOLVED if hasattr(potential, family.member)]
+    families = [R_VARTHETA_FAMILY] if hasattr(model, "breathing") else SOLVED
+    return [family for family in families if hasattr(potential, family.member)]
 
 
 def _checked(model: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:

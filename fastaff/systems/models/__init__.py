@@ -4,6 +4,7 @@ from typing import Any
 
 from ...core.identity import tell_apart
 from .body import Body, HenonHeiles
+from .breathing import BreathingBody
 from .double_pendulum import DoublePendulum
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, univariate
 from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
@@ -15,6 +16,7 @@ __all__ = [
     "Anharmonic",
     "Barriers",
     "Body",
+    "BreathingBody",
     "CosOscillator",
     "CoshOscillator",
     "Cosine",

@@ -147,6 +147,11 @@ class Traits:
         return bool(getattr(self.model, "isotropic", False))
 
     @cached_property
+    def breathes(self) -> bool:
+        """Whether it is a body in the planes a and b with a breathing term: its angular momenta are conserved."""
+        return hasattr(self.model, "breathing")
+
+    @cached_property
     def quadratic(self) -> bool:
         """Whether its kinetic energy is quadratic in the momenta: velocities are linear in them (the time's is 1)."""
         if not self.separable:
