@@ -148,8 +148,13 @@ class Traits:
 
     @cached_property
     def breathes(self) -> bool:
-        """Whether it is a body in the planes a and b with a breathing term: its angular momenta are conserved."""
+        """Whether it is a body in the planes a and b whose kinetic energy has a breathing term."""
         return hasattr(self.model, "breathing")
+
+    @cached_property
+    def conserves_spins(self) -> bool:
+        """Whether it is a body in the planes a and b, of any kinetic energy, that conserves p_eta and p_gamma."""
+        return self.isotropic or self.breathes
 
     @cached_property
     def quadratic(self) -> bool:
