@@ -31,7 +31,9 @@ POTENTIALS = [Harmonic(1.2), Anharmonic(0.8), Hyperelastic(1.1), HeavyTop(1.3, 0
 
 @pytest.mark.parametrize("potential", POTENTIALS, ids=lambda V: type(V).__name__)
 def test_levels_of_oscillators_follow_from_e_vartheta(potential):
-    """V_r = C r/2: E = hbar omega/sqrt(1 + c) (2 n_r + 1 + sqrt(1 + 2 mu (1 + c) e_vartheta/hbar^2)); c = 0 as before."""
+    """V_r = C r/2: E = hbar omega/sqrt(1 + c) (2 n_r + 1 + sqrt(1 + 2 mu (1 + c) e_vartheta/hbar^2)); as before at c =
+    0.
+    """
     rng = np.random.default_rng(4)
     for c in (0.0, *rng.uniform(-0.9, 4.0, 3)):
         hbar, mu = rng.uniform(0.4, 1.5, 2)

@@ -128,7 +128,7 @@ def test_actions_against_adaptive_quadrature():
         ends = [brentq(square, rho, end, xtol=1e-15) for end in (1e-3, 1e2)]
         half = (ends[1] - ends[0]) / 2
 
-        def momentum(t, square=square, half=half, middle=sum(ends) / 2):
+        def momentum(t, square=square, half=half, middle=ends[0] + half):
             return np.sqrt(max(square(middle - half * np.cos(t)), 0.0)) * half * np.sin(t)
 
         assert found.J[0, k] == pytest.approx(2 * quad(momentum, 0, np.pi, epsabs=1e-13)[0], rel=1e-10)
