@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator
 from itertools import count
 from typing import Any
@@ -39,7 +40,7 @@ def _classes(energy: Energy, top: float, step: int) -> Iterator[tuple[int, int, 
             for gamma in count(parity, 2):
                 m = (gamma + eta) // 2
                 l = (gamma - eta) // 2
-                n = rows_below(lambda n, m=m, l=l: energy(n, m, l), top)
+                n = rows_below(functools.partial(energy, m=m, l=l), top)
                 if not n.size:
                     break
                 found_any = True

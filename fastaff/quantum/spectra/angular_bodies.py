@@ -90,8 +90,8 @@ class AngularClasses:
         except FallsToCentre as problem:
             raise _singular(K.min(axis=0)) or problem from problem
         for key, one, k in zip(keys, found, K, strict=True):
-            functions = [side.functions[n] for side, n in zip(self.angles, key, strict=True)]
-            self.pairs[key] = AngularClass(*key, *functions, K=(float(k[0]), float(k[1])))
+            eta, gamma = (side.functions[n] for side, n in zip(self.angles, key, strict=True))
+            self.pairs[key] = AngularClass(*key, eta, gamma, (float(k[0]), float(k[1])))
             self.solved[key] = self._table(key, one, k)
 
     def _know_angles(self, *counts: int) -> None:

@@ -109,22 +109,22 @@ class BreathingBody(NamedTuple):
             w * k * (pb2 - s * b2) - 2 * V_B * b2,
         )
 
-    def tangent_rates(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2, da1, da2, db1, db2, dpa1, dpa2, dpb1, dpb2):
+    def tangent_rates(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2, *changes):
         """Return the change of the rates along a vector.
 
         Parameters
         ----------
         {plane_coordinates}
         {plane_momenta}
-        {plane_changes}
-        dpa1, dpa2, dpb1, dpb2 : float or array_like
-            Vector of changes of the momenta.
+        *changes : float or array_like
+            Vector of changes of the eight rows.
 
         Returns
         -------
         tuple of float or ndarray
             Eight rows: the changes of dH/dp, then of -dH/dq.
         """
+        da1, da2, db1, db2, dpa1, dpa2, dpb1, dpb2 = changes
         A = a1 * a1 + a2 * a2
         B = b1 * b1 + b2 * b2
         dA = 2 * (a1 * da1 + a2 * da2)
