@@ -99,7 +99,7 @@ def strobed_by(**given):
 def moved(make, z0=Z8, **given):
     """A model at work, alone or as the potential of a body."""
     model = make(**given)
-    return fa.integrate(model if hasattr(model, "velocity") else fa.Body(model), z0, **REAL_TIME)
+    return fa.integrate(model if hasattr(model, "degrees_of_freedom") else fa.Body(model), z0, **REAL_TIME)
 
 
 def ran(job, threads=1, memory=None, overwrite=False, executor=None, callback=None, on_chunk=None):
