@@ -40,13 +40,18 @@ def _classes(energy: Energy, top: float, step: int) -> Iterator[tuple[int, int, 
             for gamma in count(parity, 2):
                 m = (gamma + eta) // 2
                 l = (gamma - eta) // 2
-                n = rows_below(functools.partial(energy, m=m, l=l), top)
+                n = rows_below(functools.partial(_in_class, energy, m, l), top)
                 if not n.size:
                     break
                 found_any = True
                 yield eta, gamma, n
             if not found_any:
                 break
+
+
+def _in_class(energy: Energy, m: int, l: int, n: np.ndarray) -> np.ndarray:
+    """Return E (levels,) of n (2, levels) in one class."""
+    return energy(n, m, l)
 
 
 def rows_below(energy: Callable[[np.ndarray], np.ndarray], top: float) -> np.ndarray:
