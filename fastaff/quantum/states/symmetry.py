@@ -116,7 +116,7 @@ def refuse_spins(m: Any, l: Any) -> None:
     for name, value in (("m", m), ("l", l)):
         if value is not None:
             raise ValueError(
-                f"{name} must be None for a body with angular potentials, got {shown(value)}. Its levels have n_eta and n_gamma."
+                f"{name} must be None for a body with angular potentials, got {shown(value)}. Use n_eta, n_gamma."
             )
 
 
