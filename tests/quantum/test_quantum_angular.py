@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.special import mathieu_a, mathieu_b
 
-from fastaff import action_angles
+from fastaff import action_angles, load, save
 from fastaff.core.status import Status
 from fastaff.quantum import (
     NoGroundState,
@@ -267,6 +267,15 @@ def test_states_are_orthonormal_and_single_valued():
     radial = states[3].amplitude(0.9, 0.7) ** 2
     mean = (np.array([states[3].at([0.9, 0.7, x, y]) for x in angle for y in angle]) ** 2).mean()
     assert mean == pytest.approx(radial, rel=1e-12)
+
+
+def test_tables_with_their_states_are_kept_in_files(tmp_path):
+    found = spectrum(StackelBody(Anharmonic(1.2), ETA, GAMMA, 1.4), count=6, hbar=0.6)
+    save(tmp_path / "levels.npz", found)
+    again = load(tmp_path / "levels.npz")
+    assert (again.E == found.E).all()
+    assert again.state(5).symmetry == found.state(5).symmetry
+    assert again.state(5).overlap(found.state(5)) == pytest.approx(1, abs=1e-12)
 
 
 def test_states_of_the_double_cover_change_sign():

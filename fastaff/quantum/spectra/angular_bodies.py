@@ -146,8 +146,8 @@ class AngularClasses:
     def listed(self, top: float) -> LevelTable:
         """Return all levels, complete below `top`, with their wave functions."""
         merged = level_list(self.allowed(), complete_below=top)
-        waves = {key: (pair, self.solved[key].waves) for key, pair in self.pairs.items()}
-        return replace(merged, waves=AngularWaves(waves))
+        waves = AngularWaves(tuple((pair, self.solved[key].waves) for key, pair in self.pairs.items()))
+        return replace(merged, waves=waves)
 
 
 def _singular(K: np.ndarray) -> NoGroundState | None:

@@ -96,17 +96,21 @@ class AngularClass(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class AngularWaves:
-    """Wave functions of a body with angular potentials: of each pair (n_eta, n_gamma) the class and its `Waves`."""
+    """Wave functions of a body with angular potentials: of each pair of angular levels the class and its `Waves`."""
 
-    classes: dict[tuple[int, int], tuple[AngularClass, Any]]
+    classes: tuple[tuple[AngularClass, Any], ...]
 
     def __repr__(self) -> str:
         return f"wave functions of {len(self.classes)} pairs of levels of eta and gamma"
 
     def symmetry(self, n: Sequence[int]) -> AngularClass:
         """Return the class of the state with quantum numbers n (4,)."""
-        return self.classes[n[2], n[3]][0]
+        return self._pair(n)[0]
 
     def shape(self, n: Sequence[int]) -> Any:
         """Return the shape of the state with quantum numbers n (4,)."""
-        return self.classes[n[2], n[3]][1].shape(n[:2])
+        return self._pair(n)[1].shape(n[:2])
+
+    def _pair(self, n: Sequence[int]) -> tuple[AngularClass, Any]:
+        """Return the class of quantum numbers n (4,) and its waves."""
+        return next(pair for pair in self.classes if (pair[0].n_eta, pair[0].n_gamma) == (n[2], n[3]))
