@@ -316,6 +316,32 @@ for label, name, sign in (("EQ4.1", "alpha", -1), ("EQ4.2", "beta", 1)):
         return truth, dd(f, 0, 0)(at) + d(f, 0)(at) / at - mpf((m + sign * l) ** 2) / (4 * at * at) * f(at)
 
 
+@states("EQ2.1, V_eta quantised", "H separates: -hbar^2 X''/2mu + V_eta X = c X, and (m - l)^2/4 becomes 2 mu c/hbar^2")
+def _(rng):
+    f, g, X, Y = (
+        lambda x, k=k: exp(k[0] * sin(x)) * (1 + k[1] * cos(x) ** 2 / 3) for k in [rng.reals(2) for _ in range(4)]
+    )
+    constants = rng.reals(2)
+    energies = rng.reals(2)
+    unit = HBAR**2 / (2 * MU)
+
+    def angular(x, at, constant):  # V_eta of which x is a solution
+        return constant + unit * dd(x, 0, 0)(at) / x(at)
+
+    def radial(x, at, constant, energy):  # V_alpha of which x is a solution, with 2 mu c/hbar^2 for (m - l)^2/4
+        return energy + unit * (dd(x, 0, 0)(at) / x(at) + d(x, 0)(at) / (at * x(at))) - constant / at**2
+
+    def wave(*x):
+        alpha, beta, eta, gamma = angles_of(x)
+        return f(alpha) * g(beta) * X(mp.arg(eta)) * Y(mp.arg(gamma))
+
+    alpha, beta, eta, gamma = rng.real(0.6, 1.5), rng.real(0.3, 1.2), *rng.reals(2, -2, 2)
+    V = radial(f, alpha, constants[0], energies[0]) + radial(g, beta, constants[1], energies[1])
+    V += angular(X, eta, constants[0]) / alpha**2 + angular(Y, gamma, constants[1]) / beta**2
+    x = c.alpha_beta(alpha, beta, eta, gamma)
+    return sum(energies), -unit * laplacian(wave, x) / wave(*x) + V
+
+
 @states(
     "sec. 5, m and l",
     "exp(i m varphi) exp(i l psi) with any integers m, l",

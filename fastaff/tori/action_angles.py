@@ -137,7 +137,7 @@ def action_angles(
 
     Parameters
     ----------
-    model : Body or StackelBody
+    model : Body, StackelBody or BreathingBody
         Body with a separable potential: `Harmonic`, `Anharmonic`, `Hyperelastic`, `HeavyTop`, `SeparableAlphaBeta`,
         `SeparableRVartheta`, `SeparableElliptic`, or a user-defined one with a property ``alpha_beta``, ``r_vartheta``
         or ``elliptic``.
@@ -203,7 +203,7 @@ def action_angles(
         else:
             angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
             terms = *separated.terms(), *separated.angular_terms()
-            arguments = separated.family.number, *terms, separated.mu, angular, out
+            arguments = separated.family.number, *terms, separated.mu, separated.radial_mu, angular, out
             run_kernel(tori_quadrature.tori_by_quadrature, arguments, n, tori_quadrature.UNIT, threads, callback)
     return _assembled(separated, out)
 

@@ -119,7 +119,7 @@ def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray)
 def closed_form(separated: Separated) -> tuple[Any, tuple[float, ...]] | None:
     """Return the kernel and parameters of a closed form, where there is one."""
     first, second = separated.functions
-    if not separated.isotropic:
+    if not separated.isotropic or separated.breathing:
         return None
     if (
         isinstance(first, Oscillator)

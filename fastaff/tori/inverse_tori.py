@@ -263,7 +263,7 @@ def _invert(
     wells = np.ones(n, np.int64)
     nu, energy, status = out
     sought = tori_inverse.Sought(spins, theta, start, z, nu, energy, wells, status)
-    arguments = separated.family.number, *separated.terms(), separated.mu, sought
+    arguments = separated.family.number, *separated.terms(), separated.mu, separated.radial_mu, sought
     run_kernel(tori_inverse.torus_points, arguments, n, tori_quadrature.UNIT, threads, None)
     several = np.flatnonzero(wells > 1)
     if several.size and guess is None:

@@ -18,19 +18,27 @@ from ..systems.formulas.systems import constants_of
 from ..systems.models import Zero
 from ..systems.models.contracts import SeparableModel
 from ..systems.models.regular_variables import in_regular_variable
-from .families import FAMILIES, Family, MotionQuantities
+from .families import FAMILIES, R_VARTHETA_FAMILY, Family, MotionQuantities
 from .kernels.coordinates import PotentialTerm
 from .narrow_features import knots, knots_around
 
 
 @dataclass(frozen=True)
 class Separated:
-    """A body in a chart of separation: its family, the functions of its coordinates and of eta and gamma, mu."""
+    """A body in a chart of separation: its family, the functions of its coordinates and of eta and gamma, mu, and the
+    breathing term c of T = mu ((1 + c) rho'^2 + ...)/2.
+    """
 
     family: Family
     functions: tuple[Any, Any]
     angular: tuple[Any, Any]
     mu: float
+    breathing: float = 0.0
+
+    @property
+    def radial_mu(self) -> float:
+        """Inertia of the first coordinate, mu (1 + c)."""
+        return self.mu * (1 + self.breathing)
 
     @property
     def isotropic(self) -> bool:
@@ -69,17 +77,20 @@ def _term(V: Any, places: np.ndarray) -> PotentialTerm:
 def separate(model: Any, chart: Chart | str | None = None) -> Separated:
     """Return `model` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
 
-    Raises TypeError for other values than a Body or StackelBody, ValueError where the body does not separate, in that
-    chart or in any.
+    Raises TypeError for other values than a Body, StackelBody or BreathingBody, ValueError where the body does not
+    separate, in that chart or in any.
     Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
-    system = checked_system(model, needs="H = T(p) + V(q)")
-    if not system.planar:
+    breathes = hasattr(model, "breathing")
+    system = checked_system(model) if breathes else checked_system(model, needs="H = T(p) + V(q)")
+    if not (system.planar or breathes):
         raise TypeError(f"model must be a separable Body, got {kind_of(model)}. Use fa.fit_torus for other systems.")
     name = type(system.model.potential).__name__
-    possible = [family for family in FAMILIES if hasattr(system.model.potential, family.member)]
+    families = (R_VARTHETA_FAMILY,) if breathes else FAMILIES
+    possible = [family for family in families if hasattr(system.model.potential, family.member)]
     if not possible:
-        raise ValueError(f"model must be separable, got a Body of {name}. Use fa.fit_torus for other bodies.")
+        where = " in r and vartheta" if breathes else ""
+        raise ValueError(f"model must be separable{where}, got a Body of {name}. Use fa.fit_torus for other bodies.")
     wanted = getattr(chart, "name", chart)
     if chart is not None and not isinstance(wanted, str):
         raise TypeError(
@@ -95,8 +106,9 @@ def separate(model: Any, chart: Chart | str | None = None) -> Separated:
     member = getattr(system.model.potential, chosen[0].member)
     for field, function in zip(member._fields, member, strict=True):
         checked_function(field, function)
-    angular = (Zero(), Zero()) if system.isotropic else (system.model.V_eta, system.model.V_gamma)
-    return Separated(chosen[0], tuple(member), angular, system.model.mu)
+    spins = system.isotropic or breathes
+    angular = (Zero(), Zero()) if spins else (system.model.V_eta, system.model.V_gamma)
+    return Separated(chosen[0], tuple(member), angular, system.model.mu, float(getattr(model, "breathing", 0.0)))
 
 
 @says_progress
@@ -172,8 +184,18 @@ def involution(model: Any, separated: Separated, z: np.ndarray) -> dict[str, np.
     h = sum((z[i] * z[4 + j] - z[j] * z[4 + i]) ** 2 for i in range(4) for j in range(i)) / (2 * mu)
     at_eta = None if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
     at_gamma = None if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))
+    c = separated.breathing
+    radial = (a1 * pa1 + a2 * pa2 + b1 * pb1 + b2 * pb2) ** 2 / (A + B) if c else 0.0
     at = MotionQuantities(
-        A=A, B=B, T_a=T_a, T_b=T_b, h=h, V=model.potential.value(A, B), V_eta=at_eta, V_gamma=at_gamma
+        A=A,
+        B=B,
+        T_a=T_a,
+        T_b=T_b,
+        h=h,
+        V=model.potential.value(A, B),
+        V_eta=at_eta,
+        V_gamma=at_gamma,
+        breathing=-c / (1 + c) * radial / (2 * mu),
     )
     values = separated.family.values(*separated.functions, at)
     if separated.isotropic:
