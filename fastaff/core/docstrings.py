@@ -267,6 +267,10 @@ PARAMETERS = {
         z : array_like, shape (8, ...)
             Phase points of the body: a1, a2, b1, b2, then their momenta.
         """,
+    "torus_chart": """
+        chart : Chart or str, optional
+            Coordinates in which the model separates, as in `action_angles`. Not supported: `ELLIPTIC`.
+        """,
     "torus_guess": """
         guess : array_like, shape (8,) or (8, orbits), optional
             Phase point in the intended potential well, if the effective potentials have several wells.
