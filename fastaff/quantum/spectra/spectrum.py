@@ -18,14 +18,15 @@ from ...runs.requirements import checked_system
 from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
 from ...systems.models import Body
 from ...systems.models.contracts import Dynamics
-from ...tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
+from ...tori.families import ALPHA_BETA_FAMILY, ELLIPTIC_FAMILY, R_VARTHETA_FAMILY, Family
 from ...tori.separation import separate
+from ..solvers.elliptic import Unresolved, elliptic_levels
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
 from ..solvers.singular_ends import radii, sampled
 from ..solvers.vibrations import COORDINATES
-from ..states.level_table import LevelTable, class_levels
+from ..states.level_table import LevelTable, Waves, class_levels
 from ..states.state import Product
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
 from .vibration import vibrates, vibration
@@ -253,11 +254,12 @@ def separated_tables(
     classes = [checked_class(one, other, single_valued) for one, other in zip(m, l, strict=True)]
     chart = solved_families(model)[0].chart if chart is None and solved_families(model) else chart
     separated = separate(model, chart)
-    if separated.family not in _SOLVED:
-        raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
     pairs = sorted({(c.a, c.b) for c in classes})
     fits("count", len(pairs), 16 * count)
-    solved = interruptible(_SOLVED[separated.family], separated, np.array(pairs), count, hbar, tolerance, limit)
+    try:
+        solved = interruptible(_SOLVED[separated.family], separated, np.array(pairs), count, hbar, tolerance, limit)
+    except Unresolved:
+        return [plane_levels(model, one, count, hbar, tolerance, limit=limit) for one in classes]
     return [_levels(c, solved[pairs.index((c.a, c.b))], separated, hbar, tolerance) for c in classes]
 
 
@@ -300,7 +302,7 @@ class _Solved(NamedTuple):
     error: np.ndarray
     n: np.ndarray
     constants: np.ndarray
-    waves: ProductWaves
+    waves: Waves
     size: int
     said: str
 
@@ -392,7 +394,22 @@ def _over(V_r: Any, e: np.ndarray, count: int, hbar: float, mu: float, tolerance
     return radial("V_r + e_vartheta/r", V_r, 4, K, count, hbar, mu, tolerance, limit=limit)
 
 
-_SOLVED: dict[Family, Callable] = {ALPHA_BETA_FAMILY: _alpha_beta, R_VARTHETA_FAMILY: _r_vartheta}
+def _elliptic(
+    separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float, limit: float
+) -> list[_Solved]:
+    """Solve both equations in kappa and lambda with common eigenvalues, one class after another."""
+    V_kappa, V_lambda = separated.functions
+    return [
+        _Solved(*elliptic_levels(V_kappa, V_lambda, a, b, levels, hbar, separated.mu, tolerance, limit))
+        for a, b in pairs.tolist()
+    ]
+
+
+_SOLVED: dict[Family, Callable] = {
+    ALPHA_BETA_FAMILY: _alpha_beta,
+    R_VARTHETA_FAMILY: _r_vartheta,
+    ELLIPTIC_FAMILY: _elliptic,
+}
 
 
 def _merged(sums: np.ndarray, errors: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
