@@ -301,8 +301,8 @@ PARAMETERS = {
         """,
     "quantum_chart": """
         chart : Chart, optional
-            Coordinates in which the body separates and whose quantum numbers label the levels: `ALPHA_BETA` or
-            `R_VARTHETA`. Default: the first of the two in which it separates.
+            Coordinates in which the body separates and whose quantum numbers label the levels: `ALPHA_BETA`,
+            `R_VARTHETA` or `ELLIPTIC`. Default: the first of these in which it separates.
         """,
     "levels_tolerance": """
         tolerance : float, default 1e-10

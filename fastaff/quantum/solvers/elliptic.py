@@ -55,6 +55,9 @@ FEWEST = 24
 PANELS = 800
 """Panels of an interval at most."""
 
+APART = 0.3
+"""Least s + t of places where the search for levels begins: the focus, s + t = 0, may be singular."""
+
 SPARE = 3
 """Levels more than are asked for, as neighbours of the highest."""
 
@@ -270,6 +273,9 @@ class _TwoLines:
         step = 1.0
         low = bottom
         limited = False
+        while self.below(low) >= self.count + SPARE:
+            low, step = low - step, 2 * step
+        self.bottom = low
         while True:
             try:
                 found = self.below(low + step)
@@ -383,8 +389,7 @@ def elliptic_levels(
     pair = _TwoLines(lines[0], lines[1], count)
     if np.isfinite(limit):
         pair.wall = pair.reach(limit / unit)[0]
-    pair.bottom = _bottom(pair)
-    top = pair.top(pair.bottom)
+    top = pair.top(_bottom(pair))
     covers = [_cover(pair, which, top) for which in (0, 1)]
     far, n, m = pair.reach(top)
     n, m = (
@@ -430,13 +435,13 @@ def elliptic_levels(
 
 
 def _bottom(pair: _TwoLines) -> float:
-    """Return an energy below all levels."""
+    """Return the least V with centrifugal terms away from the focus, where V may be singular."""
     y, x = (q[::60] for q in pair.samples())
     W = sampled(lambda q: pair.kappa.whole(q, 0.0), y)
     w = sampled(lambda q: pair.lam.whole(q, 0.0), x)
-    with np.errstate(over="ignore", invalid="ignore"):
-        V = (W[:, None] + w) / (2 * (np.sinh(y)[:, None] ** 2 + np.sin(x) ** 2))
-    return float(np.nanmin(V))
+    width = np.sinh(y)[:, None] ** 2 + np.sin(x) ** 2
+    V = (W[:, None] + w) / (2 * width)
+    return float(V[width > APART].min())
 
 
 def _cover(pair: _TwoLines, which: int, top: float) -> Cover:
