@@ -201,8 +201,8 @@ def action_angles(
         with partial_result_on_interrupt("action_angles", lambda: _in_r4(separated, z, found)):
             if found is not None:
                 r4_tori(separated, z, found, threads, callback)
-            elif checked_callback(callback) is not None:
-                callback(1.0)
+            elif (report := checked_callback(callback)) is not None:
+                report(1.0)
         return _in_r4(separated, z, found)
     J, nu, theta, constants = np.full((4, 4, n), np.nan)
     turning = np.full((2, 3, n), np.nan)

@@ -81,7 +81,11 @@ def radial_states(q: np.ndarray, p: np.ndarray, L: np.ndarray) -> RadialStates:
 
 def unknown_radial(n: int) -> RadialMotion:
     """Return radial motions (n,) before they are found."""
-    return RadialMotion(*np.full((9, n), np.nan), np.full(n, int(Status.INTERRUPTED)))
+    energy, J, nu, rate, theta, swept, least, largest, error = np.full((9, n), np.nan)
+    status = np.full(n, int(Status.INTERRUPTED))
+    return RadialMotion(
+        energy, J, nu, rate=rate, theta=theta, swept=swept, least=least, largest=largest, error=error, status=status
+    )
 
 
 def harmonic_radial(states: RadialStates, mu: float, k: float) -> RadialMotion:
@@ -232,12 +236,14 @@ def assembled(separated: R4Separated, z: np.ndarray, found: RadialMotion | None)
             if separated.family.whole:
                 radial = radial._replace(energy=radial.energy + separated.body.offset)
         parts.append(subspace_tori(space, x, y, radial))
-    rows = [np.concatenate(arrays) for arrays in zip(*(part[:5] for part in parts), strict=True)]
+    J, nu, theta, constants, turning = (
+        np.concatenate(arrays) for arrays in zip(*(part[:5] for part in parts), strict=True)
+    )
     error = np.max([part.error for part in parts], axis=0)
     status = np.max([part.status for part in parts], axis=0)
-    status[np.isin(status, HAVE_TORI) & ~np.isfinite(rows[0]).all(axis=0)] = Status.NOT_CONVERGED
+    status[np.isin(status, HAVE_TORI) & ~np.isfinite(J).all(axis=0)] = Status.NOT_CONVERGED
     lost = ~np.isin(status, HAVE_TORI)
-    for array in (*rows[:3], rows[4]):
+    for array in (J, nu, theta, turning):
         array[..., lost] = np.nan
     error[lost] = np.inf
-    return SubspaceTori(*rows, error, status)
+    return SubspaceTori(J, nu, theta, constants, turning, error, status)

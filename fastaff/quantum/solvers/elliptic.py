@@ -115,7 +115,7 @@ def _strength(U: Callable, end: float, way: float) -> float:
     return limits[0] if abs(limits[0] - limits[1]) <= AGREE * abs(limits[0]) else 0.0
 
 
-class _Line(NamedTuple):
+class _EllipticLine(NamedTuple):
     """One separated equation -u'' + (U + centrifugal - 2 E q) u = value u of u = f sqrt(measure), in units of
     hbar^2/(2 mu).
 
@@ -171,7 +171,7 @@ class _Line(NamedTuple):
         return q + 2 * e0 * e1 / (low * high)
 
 
-class _Equations(NamedTuple):
+class _LineMatrices(NamedTuple):
     """Matrices of one line in one basis: h, that of q = sinh^2 or sin^2, and both at the nodes."""
 
     base: Basis
@@ -213,7 +213,7 @@ class _Equations(NamedTuple):
         return kinetic + (density * self.potential).sum(axis=1), (density * self.square).sum(axis=1), sizes
 
 
-def _equations(line: _Line, n: int, hi: float) -> _Equations:
+def _line_matrices(line: _EllipticLine, n: int, hi: float) -> _LineMatrices:
     """Return the matrices of a line on (0, hi) with n functions."""
     ends = ProblemEnds(0.0, hi, np.array([line.e_lo]), np.array([line.e_hi]), True, True)
     base = basis(ends, n, 16)
@@ -223,15 +223,15 @@ def _equations(line: _Line, n: int, hi: float) -> _Equations:
     square = line.sine(base.x) ** 2
     h = base.matrix(potential, np.ones_like(potential))[0]
     weighted = base.matrix(square, np.zeros_like(square))[0]
-    return _Equations(base, potential[0], square[0], h, weighted)
+    return _LineMatrices(base, potential[0], square[0], h, weighted)
 
 
 @dataclass
 class _TwoLines:
     """The two equations of a class, and their solution in bases of any size."""
 
-    kappa: _Line
-    lam: _Line
+    kappa: _EllipticLine
+    lam: _EllipticLine
     count: int
     wall: float = np.inf
     bottom: float = 0.0
@@ -264,8 +264,8 @@ class _TwoLines:
         far, n, m = self.reach(E)
         if max(n, m) > GLOBAL:
             raise Unresolved
-        sigma = _equations(self.kappa, n, far).values(E)
-        tau = _equations(self.lam, m, math.pi / 2).values(E)
+        sigma = _line_matrices(self.kappa, n, far).values(E)
+        tau = _line_matrices(self.lam, m, math.pi / 2).values(E)
         return int(np.count_nonzero(sigma[:, None] + tau < 0))
 
     def top(self, bottom: float) -> float:
@@ -297,7 +297,9 @@ class _TwoLines:
                 high, found = middle, now
         return high
 
-    def guesses(self, lines: tuple[_Equations, _Equations], top: float, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    def guesses(
+        self, lines: tuple[_LineMatrices, _LineMatrices], top: float, i: np.ndarray, j: np.ndarray
+    ) -> np.ndarray:
         """Return first energies of levels: those of another basis, or from sums of eigenvalues at a few energies."""
         pairs = list(zip(i.tolist(), j.tolist(), strict=True))
         if all(pair in self.known for pair in pairs):
@@ -309,7 +311,7 @@ class _TwoLines:
 
     def solve(self, top: float, n: int, m: int, hi: float) -> tuple[Any, tuple[np.ndarray, Any]]:
         """Return bases of n and m functions up to kappa = hi, the levels below `top`, ascending, and their vectors."""
-        lines = _equations(self.kappa, n, hi), _equations(self.lam, m, math.pi / 2)
+        lines = _line_matrices(self.kappa, n, hi), _line_matrices(self.lam, m, math.pi / 2)
         i, j = np.nonzero(lines[0].values(top)[:, None] + lines[1].values(top) < 0)
         E = self.guesses(lines, top, i, j)
         low, high = np.full(i.size, -np.inf), np.full(i.size, np.inf)
@@ -385,7 +387,7 @@ def elliptic_levels(
         if not (found.natural_lo and found.natural_hi):
             raise Unresolved
         c_hi = 0.0 if sign > 0 else _strength(U, length, -1.0)
-        lines.append(_Line(name, U, sign, a, b, _strength(U, 0.0, 1.0), c_hi))
+        lines.append(_EllipticLine(name, U, sign, a, b, _strength(U, 0.0, 1.0), c_hi))
     pair = _TwoLines(lines[0], lines[1], count)
     if np.isfinite(limit):
         pair.wall = pair.reach(limit / unit)[0]
@@ -448,17 +450,17 @@ def _cover(pair: _TwoLines, which: int, top: float) -> Cover:
     """Return the cover of one line at the top energy; raises Unresolved where there is a well between the samples."""
     line = (pair.kappa, pair.lam)[which]
     y = pair.samples()[which]
-    W, height = pair.tops(top)[which], pair.tops(top)[2 + which]
+    W, w, above, around = pair.tops(top)
+    height = (above, around)[which]
+    low = float((W, w)[which].min())
     inside = y[: np.searchsorted(y, 1.2 * pair.reach(top)[0])] if which == 0 else y
-    seen = line_cover(
-        lambda q: line.whole(q, top), lambda q: line.whole(q, top), inside[::40], height, height - float(W.min())
-    )
+    seen = line_cover(lambda q: line.whole(q, top), lambda q: line.whole(q, top), inside[::40], height, height - low)
     if seen.unseen([y]).low.size:
         raise Unresolved
     return seen
 
 
-def _needed(line: _Line, hi: float, top: float, W: np.ndarray, cover: Cover) -> int:
+def _needed(line: _EllipticLine, hi: float, top: float, W: np.ndarray, cover: Cover) -> int:
     """Return the nodes of a global rule that resolves the potential of a line on (0, hi); raises Unresolved."""
     low = float(W.min())
     scale = max(1.0 - low, 1.0)
@@ -531,6 +533,5 @@ class EllipticShape(NamedTuple):
         reach = math.sqrt(2) * math.cosh(self.kappa.hi)
         rho, w = interval_rule(0.0, reach, 1.5, 0.0, orders[0])
         # A falls as a power of alpha at lambda = pi/2, and of beta at lambda = 0.
-        ends = ((e - 0.5) / 2 for e in (self.lam.e_hi, self.lam.e_lo))
-        below, v = interval_rule(-1.0, 1.0, *ends, orders[1])
+        below, v = interval_rule(-1.0, 1.0, (self.lam.e_hi - 0.5) / 2, (self.lam.e_lo - 0.5) / 2, orders[1])
         return rho**2, angle_of(-1.0, 1.0, below), np.outer(np.pi**2 * w * rho**3, v)
