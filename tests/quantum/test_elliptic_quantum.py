@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fastaff import Anharmonic, Body, Harmonic, SeparableElliptic, SeparableRVartheta, univariate
-from fastaff.quantum import NoGroundState, all_levels, spectrum
+from fastaff.quantum import NoGroundState, all_levels, number_packet, spectrum
 from fastaff.quantum.exact.wavefunction import wavefunction
 from fastaff.quantum.reference.operators import constant_operators, hamiltonian_operator
 from fastaff.quantum.solvers.elliptic import Unresolved, elliptic_levels
@@ -258,3 +258,8 @@ def test_bad_input():
     free = Body(SeparableElliptic(univariate(lambda x: 0.0 * x + 0.3), univariate(lambda x: 0.0 * x)))
     with pytest.raises(NoGroundState):
         spectrum(free, m=0, l=0, count=2)
+
+
+def test_packets_of_elliptic_numbers_revive():
+    packet = number_packet(Body(Harmonic()), n=(3, 2), m=0, l=0, width=(1.0, 0.0), chart=ELLIPTIC)
+    np.testing.assert_allclose(np.abs(packet.autocorrelation([0.0, np.pi])), 1.0, atol=1e-9)
