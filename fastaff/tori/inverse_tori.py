@@ -260,7 +260,9 @@ def _rows(name: str, given: ArrayLike) -> np.ndarray:
 def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     """Return rows J_1, J_2 >= 0, p_eta, p_gamma of actions J_1, J_2, J_phi, J_psi."""
     if not separated.isotropic or not separated.family.invertible:
-        raise ValueError("model must be doubly isotropic and chart alpha-beta or r-vartheta for the inverse")
+        raise ValueError(
+            "model must be doubly isotropic and chart alpha-beta or r-vartheta, or one of R^4, for the inverse"
+        )
     if np.any(J[:2] < 0):
         raise ValueError(f"J of {' and '.join(separated.names[:2])} must not be negative, got {J[:2].min()}")
     if not np.all(np.abs(J) < LARGEST_ACTION):

@@ -395,7 +395,7 @@ def elliptic_levels(
     covers = [_cover(pair, which, top) for which in (0, 1)]
     far, n, m = pair.reach(top)
     n, m = (
-        max(size, _needed(line, hi, top, W, cover))
+        max(size, _needed(line, hi, W, cover))
         for line, size, hi, W, cover in zip(lines, (n, m), (far, math.pi / 2), pair.tops(top)[:2], covers, strict=True)
     )
 
@@ -460,7 +460,7 @@ def _cover(pair: _TwoLines, which: int, top: float) -> Cover:
     return seen
 
 
-def _needed(line: _EllipticLine, hi: float, top: float, W: np.ndarray, cover: Cover) -> int:
+def _needed(line: _EllipticLine, hi: float, W: np.ndarray, cover: Cover) -> int:
     """Return the nodes of a global rule that resolves the potential of a line on (0, hi); raises Unresolved."""
     low = float(W.min())
     scale = max(1.0 - low, 1.0)
