@@ -30,7 +30,7 @@ from ..runs.schemes import time_transformed
 from ..systems import charts, models
 from ..systems.formulas.iterated_map import remade
 from ..systems.models import angles, sections
-from ..tori import families, separation
+from ..tori import families, r4_charts, separation
 from .tables import exported
 
 METADATA = "metadata"
@@ -430,7 +430,7 @@ _MARKS: dict[str, Callable[[Any, dict[str, np.ndarray]], Any]] = {
 def _classes() -> dict[str, type]:
     """The package's classes of values by name: models, potentials, functions, sections, angles, indicators, schemes."""
     values = models, models.functions, sections, angles, indicators, own_indicator, schemes
-    modules = *values, time_transformed, families, separation
+    modules = *values, time_transformed, families, r4_charts, separation
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
     return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}
 

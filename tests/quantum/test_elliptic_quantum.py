@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from fastaff import Anharmonic, Body, Harmonic, SeparableElliptic, SeparableRVartheta, univariate
+from fastaff import Anharmonic, Body, Harmonic, SeparableElliptic, SeparableRVartheta, load, univariate
 from fastaff.quantum import NoGroundState, all_levels, number_packet, spectrum
 from fastaff.quantum.exact.wavefunction import wavefunction
 from fastaff.quantum.reference.operators import constant_operators, hamiltonian_operator
@@ -263,3 +263,11 @@ def test_bad_input():
 def test_packets_of_elliptic_numbers_revive():
     packet = number_packet(Body(Harmonic()), n=(3, 2), m=0, l=0, width=(1.0, 0.0), chart=ELLIPTIC)
     np.testing.assert_allclose(np.abs(packet.autocorrelation([0.0, np.pi])), 1.0, atol=1e-9)
+
+
+def test_waves_are_kept_in_files(tmp_path):
+    table = spectrum(Body(Harmonic().elliptic), m=1, l=1, count=3)
+    table.save(tmp_path / "levels.npz")
+    again = load(tmp_path / "levels.npz")
+    planes = np.random.default_rng(2).uniform(0.3, 1.0, (4, 5))
+    np.testing.assert_array_equal(again.state(2).planes(planes), table.state(2).planes(planes))

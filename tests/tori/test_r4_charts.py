@@ -263,6 +263,16 @@ def test_a_central_body_of_no_other_family_separates_by_default():
     assert found.names == ("r", "lambda", "mu", "nu")
 
 
+def test_tori_of_r4_are_kept_in_files(tmp_path):
+    z = states(3)
+    for body, chart in ((Body(Harmonic(1.3), mu=0.7), POLAR_POLAR), (CORED, SPHERICAL)):
+        found = action_angles(body, z, chart=chart)
+        again = fa.load(found.save(tmp_path / "tori.npz"))
+        np.testing.assert_array_equal(again.theta, found.theta)
+        np.testing.assert_array_equal(again.turning_points, found.turning_points)
+        assert again.separated == found.separated
+
+
 def test_refusals_name_the_chart_and_those_that_separate():
     z = states(1)
     cases = [
