@@ -660,6 +660,21 @@ ROWS = [
         ),
     ),
     (
+        lambda: fa.action_angles(fa.Body(fa.HeavyTop()), Z8, chart=fa.charts.SPHERICAL),
+        ValueError,
+        "chart must separate HeavyTop (r-vartheta), got 'spherical'.",
+    ),
+    (
+        lambda: fa.from_action_angles(fa.Body(fa.Harmonic()), [1, -1, 1, 1], [0] * 4, chart=fa.charts.SPHERICAL),
+        ValueError,
+        "J of r and lambda and mu must not be negative, got -1.0",
+    ),
+    (
+        lambda: fa.quantum.spectrum(fa.Body(fa.Harmonic()), m=0, l=0, count=1, chart=fa.charts.SPHERICAL),
+        ValueError,
+        "chart must separate Harmonic in two coordinates (alpha-beta, r-vartheta, elliptic), got 'spherical'.",
+    ),
+    (
         lambda: fa.action_angles(HENON, Z4),
         TypeError,
         "model must be a separable Body, got HenonHeiles. Use fa.fit_torus for other systems.",

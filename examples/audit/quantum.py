@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 
-from mpmath import cos, cot, exp, expj, mp, mpf, pi, sin, sqrt
+from mpmath import cos, cosh, cot, coth, exp, expj, mp, mpf, pi, sin, sinh, sqrt
 
 from . import charts as c
 from .numerics import d, dd, determinant_ratio, gradient, jacobian, laplacian, metric, square
@@ -291,6 +291,49 @@ def _(rng):
         1 / (2 * b * b) - 1 / (2 * a * a)
     ) * dd(g, 0, 1)(*q)
     return laplacian(f, c.alpha_beta_angles(*q)), printed
+
+
+def elliptic_operators(V_kappa=None, V_lambda=None):
+    """Return H and K in kappa, lambda, eta, gamma, quantized from the corrected h_kappa, h_lambda (derived)."""
+    half = HBAR**2 / (2 * MU)
+
+    def h(i, g, q):
+        trace = dd(g, i, i)(*q) + 2 * (coth(2 * q[0]) if i == 0 else cot(2 * q[1])) * d(g, i)(*q)
+        if i == 0:
+            trace += dd(g, 3, 3)(*q) / sinh(q[0]) ** 2 - dd(g, 2, 2)(*q) / cosh(q[0]) ** 2
+        else:
+            trace += dd(g, 3, 3)(*q) / sin(q[1]) ** 2 + dd(g, 2, 2)(*q) / cos(q[1]) ** 2
+        V = (V_kappa, V_lambda)[i]
+        return -half * trace + (V(q[i]) * g(*q) if V else 0)
+
+    def operator(of_kappa, of_lambda):
+        def applied(g):
+            def value(*q):
+                width = 2 * (cosh(q[0]) ** 2 - cos(q[1]) ** 2)
+                return (of_lambda(q[1]) * h(0, g, q) + of_kappa(q[0]) * h(1, g, q)) / width
+
+            return value
+
+        return applied
+
+    return operator(lambda k: 1, lambda l: 1), operator(lambda k: cosh(k) ** 2, lambda l: cos(l) ** 2)
+
+
+@states("sec. 5, Delta (kappa, lambda)", "Laplacian in kappa, lambda, eta, gamma is (h_kappa + h_lambda)/2 Delta")
+def _(rng):
+    f, q = smooth(rng), [*rng.reals(2, 0.3, 0.9), *rng.reals(2)]
+
+    def g(*q):
+        return f(*c.elliptic(*q))
+
+    return laplacian(f, c.elliptic(*q)), -2 * MU / HBAR**2 * elliptic_operators()[0](g)(*q)
+
+
+@states("sec. 5, elliptic K", "K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/2 Delta commutes with H (derived)")
+def _(rng):
+    f, q, k = smooth(rng), [*rng.reals(2, 0.3, 0.9), *rng.reals(2)], rng.reals(2)
+    H, K = elliptic_operators(lambda x: k[0] * cosh(x) ** 3, lambda x: k[1] * sin(x) ** 3)
+    return [0], commutators([H, K], lambda *q: f(*c.elliptic(*q)), q)
 
 
 def angles_of(m):

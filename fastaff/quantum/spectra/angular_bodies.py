@@ -24,7 +24,7 @@ from ..states.angle_states import AngularClass, AngularWaves
 from ..states.level_table import LevelTable, class_levels, level_list
 from ..states.symmetry import SymmetryClass, action_quantum
 from .class_search import FIRST, Key, Ladder
-from .separated_classes import SOLVED, Centres
+from .separated_classes import OF_ANGLES, Centres
 
 ANGLES = ("V_eta", "V_gamma")
 RADII = ("alpha", "beta")
@@ -85,7 +85,7 @@ class AngularClasses:
         levels = max(todo.values())
         try:
             found = interruptible(
-                SOLVED[family], self.separated, Centres(K, error), levels, self.hbar, self.tolerance, self.limit
+                OF_ANGLES[family], self.separated, Centres(K, error), levels, self.hbar, self.tolerance, self.limit
             )
         except FallsToCentre as problem:
             raise _singular(K.min(axis=0)) or problem from problem
@@ -166,7 +166,7 @@ def angular_classes(
 ) -> AngularClasses:
     """Return the classes of a body with angular potentials, none of them computed."""
     separated = separate(model, chart)
-    if separated.family not in SOLVED:
+    if separated.family not in OF_ANGLES:
         raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
     return AngularClasses(
         separated,

@@ -13,10 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
-from ...tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
+from ...tori.families import ALPHA_BETA_FAMILY, ELLIPTIC_FAMILY, R_VARTHETA_FAMILY, Family
+from ..solvers.elliptic import elliptic_levels
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.separable import angular, radial
 from ..solvers.singular_ends import radii, sampled
+from ..states.level_table import Waves
 from ..states.state import Product
 
 SIDES = ("V_alpha", "V_beta")
@@ -65,7 +67,7 @@ class SolvedClass(NamedTuple):
     error: np.ndarray
     n: np.ndarray
     constants: np.ndarray
-    waves: ProductWaves
+    waves: Waves
     size: int
     said: str
 
@@ -188,7 +190,22 @@ def _over(V_r: Any, e: np.ndarray, count: int, hbar: float, mu: float, tolerance
     return radial("V_r + e_vartheta/r", V_r, 4, K, count, hbar, mu, tolerance, limit=limit)
 
 
-SOLVED: dict[Family, Callable] = {ALPHA_BETA_FAMILY: _alpha_beta, R_VARTHETA_FAMILY: _r_vartheta}
+def _elliptic(
+    separated: Any, centres: Centres, levels: int, hbar: float, tolerance: float, limit: float
+) -> list[SolvedClass]:
+    """Solve both equations in kappa and lambda with common eigenvalues, one class after another."""
+    V_kappa, V_lambda = separated.functions
+    return [
+        SolvedClass(*elliptic_levels(V_kappa, V_lambda, a, b, levels, hbar, separated.mu, tolerance, limit))
+        for a, b in np.sqrt(centres.K).tolist()
+    ]
+
+
+OF_ANGLES: dict[Family, Callable] = {ALPHA_BETA_FAMILY: _alpha_beta, R_VARTHETA_FAMILY: _r_vartheta}
+"""Solvers that take any centres, those of angular potentials too."""
+
+SOLVED: dict[Family, Callable] = {**OF_ANGLES, ELLIPTIC_FAMILY: _elliptic}
+"""Solvers of bodies without angular potentials."""
 
 
 def _merged(sums: np.ndarray, errors: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
