@@ -20,9 +20,10 @@ import numpy as np
 
 from ..core.numbers import Callback
 from ..core.status import Status
-from ..engine.blocks import function_block, parameters
+from ..engine.blocks import function_block
 from ..engine.packing import launch, units
 from ..engine.threads import checked_threads
+from ..engine.values import parameters
 from ..systems.models.regular_variables import Itself, in_regular_variable
 from .kernels.central import RadialMotion, RadialStates, radial_motions
 from .kernels.closed import NOISE, TURN
