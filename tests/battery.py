@@ -470,7 +470,7 @@ FORMULAS = {
     *("to_planes", "interval", "of", "changes", "integrals", "constants", "cofactors", "mixed_cofactors"),
     *("matrix_value", "matrix_slopes", "matrix_changes", "matrix_margin", "matrix_invariants", "in_space"),
     *("stretch_value", "stretch_slopes", "stretch_changes", "stretch_margin", "turned_columns", "singular_columns"),
-    "divided_slopes",
+    *("divided_slopes", "energy", "rates", "tangent_rates"),
 }
 """Methods of models and sections: arithmetic that kernels compile, without checks; and of shares, which the battery
 calls through their results.

@@ -454,6 +454,7 @@ EXEMPT = {
     "mean_spacing_ratio": "one number of all spectra",
     "number_variance": "one number of all levels for each length",
     "to_matrix": "another form of the same numbers",
+    "two_polar3": "another form of the same numbers",
     "diffusion_histogram": "counts of all orbits",
 }
 """What takes sets, threads or a callback and has no row, each with the reason."""

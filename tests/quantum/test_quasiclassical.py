@@ -383,7 +383,7 @@ def level(**change):
         ({"hbar": np.inf}, ValueError, "hbar must be finite"),
         ({"model": Harmonic()}, TypeError, r"Use Body\(Harmonic\(...\)\)"),
         ({"model": Body(NeoHookean())}, ValueError, "model must be separable, got a Body of NeoHookean"),
-        ({"model": Body(Hyperelastic()), "chart": ALPHA_BETA}, ValueError, "chart must be one"),
+        ({"model": Body(Hyperelastic()), "chart": ALPHA_BETA}, ValueError, "chart must separate"),
         ({"chart": ELLIPTIC}, ValueError, "alpha-beta or r-vartheta"),
         (
             {"model": StackelBody(Harmonic(), univariate(lambda eta: np.cos(eta)), Zero())},

@@ -313,7 +313,7 @@ QUIET = {
     "fastaff.periodic": {"periodic_guesses"},
     "fastaff.quantum": {
         *("count_deviation", "fit_spacings", "level_list", "mean_spacing_ratio", "number_variance", "polynomial_count"),
-        *("spacing_ratios", "spectrum_table", "unfold", "wavefunction"),
+        *("shear_factor", "spacing_ratios", "spectrum_table", "unfold", "unitary_wave", "wavefunction"),
     },
     "fastaff.plot": {
         *("animate", "clipped", "colour_map", "colouring", "count_points", "diffusion_scale", "frequency", "on_line"),

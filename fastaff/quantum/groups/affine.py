@@ -10,6 +10,7 @@ import numpy as np
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import kind_of, positive, shown, whole
 from ...core.status import Status
+from ...results.progress import says_progress
 from ...systems.formulas.systems.bodies import AffineParts, affine_parts
 from ...systems.models.contracts import Dynamics
 from ..exact.exact_levels import ROUNDING
@@ -47,6 +48,7 @@ class AffineSpectrum(NamedTuple):
     reason: str
 
 
+@says_progress
 @inserts_parameters
 def affine_spectrum(
     model: Dynamics,
