@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -71,21 +71,81 @@ class Level(NamedTuple):
     names: tuple[str, ...]
 
 
-def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, guess: np.ndarray | None) -> Level:
+class Oscillation(Protocol):
+    """What quanta belong to: a vibration, or a body at fixed spin and vorticity."""
+
+    @property
+    def model(self) -> Any:
+        """Model whose orbits have the tori."""
+
+    @property
+    def modes(self) -> NormalModes:
+        """Modes about the equilibrium."""
+
+    def start(self, n: np.ndarray, h: float) -> np.ndarray:
+        """Return a phase point (2d,) near the torus with quantum numbers n (modes,)."""
+
+    def size(self, h: float) -> np.ndarray:
+        """Return the size (2d,) of the rows of a quantum h."""
+
+    def in_modes(self, fit: TorusFit) -> TorusFit | None:
+        """Return a torus with the angles of the modes first, None if these are no basis."""
+
+    def quanta(self, fit: TorusFit, h: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return h and the Maslov indices (modes,) of the quanta h (n + maslov/4) of actions, None if unknown."""
+
+    def fixed(self) -> np.ndarray:
+        """Return the actions that follow those of the modes and have given values."""
+
+
+class Vibration(NamedTuple):
+    """A system without conserved momenta, whose angles are those of its modes."""
+
+    model: Any
+    modes: NormalModes
+
+    def start(self, n: np.ndarray, h: float) -> np.ndarray:
+        """Return the point of small oscillations with these quanta."""
+        return self.modes.start(h * (n + 0.5))
+
+    def size(self, h: float) -> np.ndarray:
+        """Return the amplitudes of one quantum in all modes."""
+        return self.modes.size(h)
+
+    def in_modes(self, fit: TorusFit) -> TorusFit | None:
+        """Return the torus with the angles of the largest lines of the modes."""
+        return turned_to(fit, self.modes.lines(fit.k, fit.coefficients))
+
+    def quanta(self, fit: TorusFit, h: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return h and the Maslov indices of the torus."""
+        return np.full(fit.dimension, h), fit.maslov
+
+    def fixed(self) -> np.ndarray:
+        """Return none."""
+        return np.zeros(0)
+
+
+def turned_to(fit: TorusFit, K: np.ndarray) -> TorusFit | None:
+    """Return the torus with the angles K theta, None if these are no basis."""
+    return fit.in_basis(K) if K.shape == (fit.dimension,) * 2 and abs(determinant(K)) == 1 else None
+
+
+def level(what: Oscillation, n: np.ndarray | None, h: float, guess: np.ndarray | None) -> Level:
     """Return the level with quantum numbers n (modes,) of these modes, or in the basis of the torus near a phase point
-    (2n,), by default the next ones there: Newton's method on the actions, whose gradient is S dz/dtheta.
+    (2d,), by default the next ones there: Newton's method on the actions, whose gradient is S dz/dtheta.
     """
-    z: Any = modes.start(h * (n + 0.5)) if n is not None and guess is None else guess
-    size = np.sqrt((np.abs(modes.v) ** 2).sum(axis=1) * h)[:, None]
-    time = PERIODS * 2 * np.pi / float(modes.omega.min())
+    omega = what.modes.omega
+    z: Any = what.start(n, h) if n is not None and guess is None else guess
+    size = what.size(h)[:, None]
+    time = PERIODS * 2 * np.pi / float(omega.min())
     longer = LONGER
     before = None
-    none = np.full(modes.omega.size, np.nan)
+    none = np.full(omega.size, np.nan)
     failed = Level(np.zeros(none.size, np.int64) if n is None else n, np.nan, np.inf, none, Status.NOT_CONVERGED, ())
     for _ in range(STEPS):
-        fit = fit_torus(model, z, time=time)
+        fit = fit_torus(what.model, z, time=time)
         while fit.classification is Classification.UNDECIDED and "suggested time" in fit.evidence and longer:
-            longest = fit_torus(model, z, time=float(fit.evidence["suggested time"]))
+            longest = fit_torus(what.model, z, time=float(fit.evidence["suggested time"]))
             longer -= 1
             if (
                 _usable(fit)
@@ -96,21 +156,22 @@ def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, guess:
                 break
             time = float(fit.evidence["suggested time"])
             fit = longest
-        if not _usable(fit):
+        if not _usable(fit) or fit.dimension != len(z) // 2:
             return failed
-        if guess is None:
-            K = modes.lines(fit.k, fit.coefficients)
-            if abs(determinant(K)) != 1:
-                return failed
-            fit = fit.in_basis(K)
-        n = np.maximum(np.rint(fit.J / h - fit.maslov / 4), 0) if n is None else n
-        away = h * (n + fit.maslov / 4) - fit.J
+        named = what.in_modes(fit) if guess is None else fit
+        quanta = None if named is None else what.quanta(named, h)
+        if named is None or quanta is None:
+            return failed
+        fit = named
+        unit, maslov = quanta
+        n = np.maximum(np.rint(fit.J[: omega.size] / unit - maslov / 4), 0) if n is None else n
+        away = np.concatenate([unit * (n + maslov / 4), what.fixed()]) - fit.J
         far = float(np.abs(away).max())
         if far <= CLOSE * h:
             E = fit.energy + float(fit.nu @ away)
             error = _error(fit, away, before)
             status = Status.OK if fit.classification is Classification.REGULAR else Status.NOT_CONVERGED
-            return Level(n, E, error, h * fit.nu, status, fit.names)
+            return Level(n, E, error, unit * fit.nu[: omega.size], status, fit.names[: omega.size])
         if before is not None and not far < before[1]:
             return failed
         before = fit.nu, far
@@ -162,7 +223,7 @@ def mode_levels(model: Any, n: Any, max_energy: Any, guess: Any, hbar: Any, way:
             raise ValueError(f"guess must be one phase point or {len(rows)}, as n has levels, got {len(points)}")
         for one, point in zip(rows * (count // len(rows)), points * (count // len(points)), strict=True):
             tell("quasiclassical_levels", len(found) / count, f"level {len(found) + 1} of {count}")
-            found.append(level(model, known, one, h, point))
+            found.append(level(Vibration(model, known), one, h, point))
         return table()
 
 
@@ -175,7 +236,7 @@ def _below(
     seen = set()
     while waiting:
         tell("quasiclassical_levels", 0.0, f"level {len(found) + 1}, {len(waiting)} more to try")
-        found.append(level(model, modes, np.array(waiting.pop(0)), h, None))
+        found.append(level(Vibration(model, modes), np.array(waiting.pop(0)), h, None))
         if top > found[-1].E:
             more = [tuple((found[-1].n + unit).tolist()) for unit in np.eye(size, dtype=int)]
             waiting += [n for n in more if n not in seen]

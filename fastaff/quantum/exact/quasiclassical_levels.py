@@ -12,12 +12,14 @@ from ...core.names import named
 from ...core.numbers import flag, listed, positive, real, shown, text, whole
 from ...results.calls import records_call
 from ...systems.charts import Chart
+from ...systems.models.body import Body
 from ...systems.models.contracts import Dynamics, SeparableModel
 from ...tori.inverse_tori import LARGEST_ACTION, energy_of_actions
 from ...tori.separation import separate
 from ..states.level_table import LevelTable
 from ..states.modes import WAYS
 from ..states.symmetry import checked_numbers
+from .body_tori import body_levels, is_coupled
 from .mode_tori import bodies_alone, is_vibration, mode_levels
 from .numbers_below import numbers_below
 
@@ -120,8 +122,14 @@ def quasiclassical_levels(
         tori_of_bodies = {"maslov": (maslov, EBK), "single_valued": (single_valued, True)}
         bodies_alone(model, {"m": (m, None), "l": (l, None), "chart": (chart, None)} | tori_of_bodies)
         return mode_levels(model, n, max_energy, guess, hbar, way)
+    if chart is None and is_coupled(model):
+        if maslov != EBK:
+            raise ValueError(f"maslov must be EBK = {EBK} for a body that does not separate, got {shown(maslov)}")
+        if max_energy is not None or n is None or m is None or l is None:
+            raise ValueError("n, m and l must be given, without max_energy, for a body that does not separate")
+        return body_levels(cast(Body, model), n, m, l, guess, hbar, single_valued, way)
     if way != WAYS[0]:
-        raise ValueError(f"modes is for vibrations alone, got {shown(modes)}")
+        raise ValueError(f"modes is for vibrations and bodies that do not separate, got {shown(modes)}")
     separate(model, chart)  # refuses a body without tori before its numbers are checked
     h = 2 * np.pi * positive("hbar", hbar)
     flagged = flag("single_valued", single_valued)
