@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.classification import Classification
 from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import shown
 from ...results.progress import tell
@@ -18,10 +18,13 @@ from ...tori.torus import TorusFit
 from ..states.level_table import TORI, LevelTable
 from ..states.modes import NormalModes, modes_of
 from ..states.symmetry import action_quantum, checked_numbers
-from .mode_tori import Level, Oscillation, level, turned_to
+from .mode_tori import Level, Oscillation, level, turned_to, vibration
 
 GRID = 64
 """Points of each angle of a torus where the lines of its modes are sought: they are of low order."""
+
+LIBRATIONS = 2, 2
+"""Maslov indices of the modes: librations between two turning points, at the equilibrium and all along its tori."""
 
 CENTRED = 1e-6
 """Part of the size of the body below which a plane of the equilibrium has no extent."""
@@ -30,11 +33,18 @@ ODD = 1e-8
 """Part of the power of a coordinate that terms of the other parity may have: errors of the series."""
 
 
-class TurningBody(NamedTuple):
-    """A body both of whose planes turn, at their angular momenta.
+def is_coupled(model: Any) -> bool:
+    """Return whether a model is a doubly isotropic body that separates in no chart."""
+    system = current_system(model)
+    return system.isotropic and not any(hasattr(system.model.potential, family.member) for family in FAMILIES)
 
-    The series of its planes converge where those of the radii do not: next to the centrifugal barrier a radius is the
-    root of a quickly varying function. Tori have four angles, those of the modes and the mean ones of both planes.
+
+class TurningBody(NamedTuple):
+    """A body at its angular momenta, in its planes.
+
+    The series of a plane converge where those of its radius do not: next to the centrifugal barrier the radius is the
+    root of a quickly varying function. Tori have the angles of the modes and the mean ones of the planes that turn. A
+    plane without angular momentum is a line.
     """
 
     reduced: ReducedBody
@@ -44,6 +54,20 @@ class TurningBody(NamedTuple):
     def model(self) -> Body:
         """The body in its planes."""
         return Body(self.reduced.potential, self.reduced.mu)
+
+    @property
+    def turning(self) -> dict[str, float]:
+        """Angular momenta of the planes that turn, by the names of their angles."""
+        return {name: p for name, p in (("eta", self.reduced.p_eta), ("gamma", self.reduced.p_gamma)) if p != 0.0}
+
+    @property
+    def whole(self) -> Classification:
+        """A torus of four angles is one of all dimensions."""
+        return Classification.REGULAR if len(self.turning) == 2 else Classification.RESONANT
+
+    def near(self, point: np.ndarray) -> np.ndarray:
+        """Return a phase point of alpha and beta as one of the body."""
+        return self.reduced.to_planes(point)
 
     def start(self, n: np.ndarray, h: float) -> np.ndarray:
         """Return the equilibrium with momenta: the actions of these are those of a harmonic plane, for any size."""
@@ -55,42 +79,62 @@ class TurningBody(NamedTuple):
 
     def in_modes(self, fit: TorusFit) -> TorusFit | None:
         """Return the torus with the angles of the modes first: their largest lines at one angle of both planes."""
-        angles = np.indices((GRID, GRID)).reshape(2, -1) / GRID
-        z = self.reduced.from_planes(fit.evaluate(np.vstack([angles, np.zeros_like(angles)])))
-        amplitudes = self.modes.rows @ (z - self.modes.equilibrium[:, None])
+        if not self._has_angles(fit):
+            return None
+        amplitudes = self.modes.rows @ (self.reduced.from_planes(self._points(fit)) - self.modes.equilibrium[:, None])
         lines = np.abs(np.fft.fft2(amplitudes.reshape(2, GRID, GRID)))
         lines[:, 0, 0] = 0.0
         places = np.array(np.unravel_index(lines.reshape(2, -1).argmax(axis=1), (GRID, GRID))).T
-        K = np.eye(4, dtype=np.int64)
+        K = np.eye(fit.dimension, dtype=np.int64)
         K[:2, :2] = (places + GRID // 2) % GRID - GRID // 2
         return turned_to(fit, K)
 
     def quanta(self, fit: TorusFit, h: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return h and the Maslov indices of the modes, two librations."""
-        return np.full(2, h), fit.maslov[:2]
+        """Return h and the Maslov indices of two librations; None where a line passes its centre."""
+        if not self._has_angles(fit):
+            return None
+        z = self._points(fit)
+        lines = [row for name, row in (("eta", 0), ("gamma", 2)) if name not in self.turning]
+        if any((z[row : row + 2, 0] @ z[row : row + 2] <= 0).any() for row in lines):
+            return None
+        return np.full(2, h), np.array(LIBRATIONS)
 
     def fixed(self) -> np.ndarray:
-        """Return the actions of the angles of both planes."""
-        return 2 * np.pi * np.array([self.reduced.p_eta, self.reduced.p_gamma])
+        """Return the actions of the angles of the planes."""
+        return 2 * np.pi * np.array(list(self.turning.values()))
+
+    def _has_angles(self, fit: TorusFit) -> bool:
+        """Whether the angles of a torus are two librations and those of the planes that turn."""
+        return fit.dimension == 2 + len(self.turning) and fit.names[2:] == tuple(self.turning)
+
+    def _points(self, fit: TorusFit) -> np.ndarray:
+        """Return points (8, GRID^2) of a torus where the angles of the planes are 0."""
+        angles = np.indices((GRID, GRID)).reshape(2, -1) / GRID
+        return fit.evaluate(np.vstack([angles, np.zeros((len(self.turning), GRID**2))]))
 
 
 class PlaneMotion(NamedTuple):
-    """A body one of whose planes at least does not turn, reduced to alpha and beta.
+    """A body reduced to alpha and beta, one of whose planes at least is a line through its centre.
 
-    A plane without angular momentum is a line. Where the orbit passes its centre, both of its ends are the same radius:
-    a cycle of the reduced torus is two of the radius, whose rule is J = (n + 1/2) h each, as in the limit of small
-    angular momenta.
+    Where the orbit passes the centre, both ends of the line are the same radius: a cycle of the reduced torus is two of
+    the radius, whose rule is J = (n + 1/2) h each, as in the limit of small angular momenta.
     """
 
     model: ReducedBody
     modes: NormalModes
 
+    @property
+    def whole(self) -> Classification:
+        """Return that of a torus of two angles."""
+        return Classification.REGULAR
+
+    def near(self, point: np.ndarray) -> np.ndarray:
+        """Return the point itself."""
+        return point
+
     def start(self, n: np.ndarray, h: float) -> np.ndarray:
         """Return the equilibrium with the momenta of these quanta."""
-        at = self.modes.equilibrium[:2]
-        lines = np.abs(at) < CENTRED * np.abs(at).max(initial=1e-300)
-        twice = np.where(lines[np.abs(self.modes.v[:2]).argmax(axis=0)], 2.0, 1.0)
-        return self.modes.kicked(h * twice * (n + 0.5))
+        return self.modes.kicked(h * cycles(self.modes) * (n + 0.5))
 
     def size(self, h: float) -> np.ndarray:
         """Return the amplitudes of one quantum."""
@@ -101,21 +145,20 @@ class PlaneMotion(NamedTuple):
         return turned_to(fit, self.modes.lines(fit.k, fit.coefficients))
 
     def quanta(self, fit: TorusFit, h: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return h or 2 h for the modes, and their Maslov indices; None where a line is passed in another manner."""
+        """Return h, or 2 h for two cycles in one, and the Maslov indices of the modes; None if a line's centre is
+        passed in another manner.
+        """
         unit = np.full(2, h)
-        angles = np.indices((GRID, GRID)).reshape(2, -1) / GRID
+        q = fit.evaluate(np.indices((GRID, GRID)).reshape(2, -1) / GRID)[:2]
         for row, p in enumerate((self.model.p_eta, self.model.p_gamma)):
-            q = fit.evaluate(angles)[row]
-            if p != 0.0 or q.min() > 0 or q.max() < 0:
+            if p != 0.0 or q[row].min() > 0 or q[row].max() < 0:
                 continue
-            power = np.abs(fit.coefficients[row]) ** 2
-            odd = [float(power[fit.k[:, i] % 2 == 0].sum()) <= ODD * float(power.sum()) for i in range(2)]
-            other = fit.coefficients[1 - row]
-            even = [float((np.abs(other[fit.k[:, i] % 2 == 1]) ** 2).sum()) <= ODD * _power(other) for i in range(2)]
-            turned = np.flatnonzero(np.logical_and(odd, even))
+            power = np.abs(fit.coefficients[:2]) ** 2 / (np.abs(fit.coefficients[:2]) ** 2).sum(axis=1)[:, None]
+            odd = np.array([power[:, fit.k[:, i] % 2 == 1].sum(axis=1) for i in range(2)])  # angles, coordinates
+            (turned,) = np.nonzero((odd[:, row] >= 1 - ODD) & (odd[:, 1 - row] <= ODD))
             if turned.size != 1:
                 return None
-            unit[turned[0]] *= 2
+            unit[turned[0]] = 2 * h
         return unit, fit.maslov
 
     def fixed(self) -> np.ndarray:
@@ -123,14 +166,15 @@ class PlaneMotion(NamedTuple):
         return np.zeros(0)
 
 
-def is_coupled(model: Any) -> bool:
-    """Return whether a model is a doubly isotropic body that separates in no chart."""
-    system = current_system(model)
-    return system.isotropic and not any(hasattr(system.model.potential, family.member) for family in FAMILIES)
+def centred(modes: NormalModes) -> np.ndarray:
+    """Return a mask of the planes, alpha and beta, that have no extent at the equilibrium."""
+    at = np.abs(modes.equilibrium[:2])
+    return at <= CENTRED * np.maximum(at.max(), np.abs(modes.v[:2]).max(axis=1))
 
 
-def _power(coefficients: np.ndarray) -> float:
-    return float((np.abs(coefficients) ** 2).sum())
+def cycles(modes: NormalModes) -> np.ndarray:
+    """Return the number of cycles of the radius in one of each mode: 2 along a line through its centre."""
+    return np.where(centred(modes)[np.abs(modes.v[:2]).argmax(axis=0)], 2.0, 1.0)
 
 
 def upright(modes: NormalModes) -> NormalModes:
@@ -140,11 +184,25 @@ def upright(modes: NormalModes) -> NormalModes:
 
 
 def oscillation(reduced: ReducedBody, way: str) -> Oscillation:
-    """Return the motion of a body at its angular momenta about the lowest equilibrium."""
+    """Return the motion of a body at its angular momenta about the lowest equilibrium, the modes in the order of the
+    frequencies of the radii.
+    """
     modes = upright(modes_of(reduced, way))
-    if reduced.p_eta != 0.0 and reduced.p_gamma != 0.0:
+    if not centred(modes).any():
         return TurningBody(reduced, modes)
+    if way == "normal":
+        order = np.argsort(-cycles(modes) * modes.omega, kind="stable")
+        modes = NormalModes(modes.equilibrium, modes.v[:, order], modes.omega[order])
     return PlaneMotion(reduced, modes)
+
+
+def motion_of(model: Any, way: str) -> Oscillation:
+    """Return the motion of a vibration; a reduced body that does not pass the centre of a plane moves as the body."""
+    if isinstance(model, ReducedBody) and (model.p_eta != 0.0 or model.p_gamma != 0.0):
+        modes = upright(modes_of(model, way))
+        if not centred(modes).any():
+            return TurningBody(model, modes)
+    return vibration(model, way)
 
 
 def body_levels(model: Body, n: Any, m: Any, l: Any, guess: Any, hbar: Any, single_valued: Any, way: str) -> LevelTable:
@@ -163,19 +221,20 @@ def body_levels(model: Body, n: Any, m: Any, l: Any, guess: Any, hbar: Any, sing
 
     def table() -> LevelTable:
         done = len(found)
-        names = next((one.names for one in found if one.names), ()) if guess is not None else ()
+        own = next((one.names for one in found if one.names), ("theta 1", "theta 2"))
+        of_modes = ("mode 1", "mode 2") if way == "normal" else ("alpha", "beta")
         return LevelTable(
             E=np.array([one.E for one in found]),
             error=np.array([one.error for one in found]),
             status=np.array([int(one.status) for one in found], np.int64),
             n=numbers[:, :done],
-            names=names or ("mode 1", "mode 2") if way == "normal" else ("alpha", "beta"),
+            names=of_modes if guess is None else own,
             m=spins[:done],
             l=vorticities[:done],
             constants=np.zeros((0, done)),
             constant_names=(),
             hbar=quantum,
-            method=f"{TORI}, of {'the torus near a point' if guess is not None else f'{way} modes'}",
+            method=f"{TORI}, of {f'{way} modes' if guess is None else 'the torus near a point'}",
             spacing=np.array([one.spacing for one in found]).reshape(done, 2).T,
         )
 
@@ -187,15 +246,14 @@ def body_levels(model: Body, n: Any, m: Any, l: Any, guess: Any, hbar: Any, sing
             reduced = ReducedBody(model.potential, model.mu, quantum * a / 2, quantum * b / 2)
             if (a, b) not in known:
                 known[a, b] = oscillation(reduced, way)
-            found.append(level(known[a, b], numbers[:, each], h, near(known[a, b], reduced, point)))
+            z = None if point is None else known[a, b].near(_reduced_point(reduced, point))
+            found.append(level(known[a, b], numbers[:, each], h, z))
         return table()
 
 
-def near(what: Oscillation, reduced: ReducedBody, point: np.ndarray | None) -> np.ndarray | None:
-    """Return a phase point (8,) of a body with the angular momenta of a level, in the rows of its tori."""
-    if point is None:
-        return None
+def _reduced_point(reduced: ReducedBody, point: np.ndarray) -> np.ndarray:
+    """Return alpha, beta and their momenta (4,) of a phase point (8,) of the body."""
     z = reduced.from_planes(point)
     if not (z[:2] > 0).all():
         raise ValueError(f"guess must have alpha and beta above 0, got {shown(point.tolist())}")
-    return reduced.to_planes(z) if isinstance(what, TurningBody) else z
+    return z

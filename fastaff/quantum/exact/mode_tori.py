@@ -82,6 +82,13 @@ class Oscillation(Protocol):
     def modes(self) -> NormalModes:
         """Modes about the equilibrium."""
 
+    @property
+    def whole(self) -> Classification:
+        """What the fit of a torus of all these angles is: resonant if a plane of the body does not turn."""
+
+    def near(self, point: np.ndarray) -> np.ndarray:
+        """Return a phase point of the system as one of the model."""
+
     def start(self, n: np.ndarray, h: float) -> np.ndarray:
         """Return a phase point (2d,) near the torus with quantum numbers n (modes,)."""
 
@@ -103,6 +110,15 @@ class Vibration(NamedTuple):
 
     model: Any
     modes: NormalModes
+
+    @property
+    def whole(self) -> Classification:
+        """Return that of a torus of as many angles as coordinates."""
+        return Classification.REGULAR
+
+    def near(self, point: np.ndarray) -> np.ndarray:
+        """Return the point itself."""
+        return point
 
     def start(self, n: np.ndarray, h: float) -> np.ndarray:
         """Return the point of small oscillations with these quanta."""
@@ -148,7 +164,7 @@ def level(what: Oscillation, n: np.ndarray | None, h: float, guess: np.ndarray |
             longest = fit_torus(what.model, z, time=float(fit.evidence["suggested time"]))
             longer -= 1
             if (
-                _usable(fit)
+                _usable(fit, what.whole)
                 and longest.classification is Classification.UNDECIDED
                 and longest.residual > HALF * fit.residual
             ):
@@ -156,13 +172,13 @@ def level(what: Oscillation, n: np.ndarray | None, h: float, guess: np.ndarray |
                 break
             time = float(fit.evidence["suggested time"])
             fit = longest
-        if not _usable(fit) or fit.dimension != len(z) // 2:
+        if not _usable(fit, what.whole):
             return failed
-        named = what.in_modes(fit) if guess is None else fit
-        quanta = None if named is None else what.quanta(named, h)
-        if named is None or quanta is None:
+        turned = what.in_modes(fit) if guess is None else fit
+        quanta = None if turned is None else what.quanta(turned, h)
+        if turned is None or quanta is None:
             return failed
-        fit = named
+        fit = turned
         unit, maslov = quanta
         n = np.maximum(np.rint(fit.J[: omega.size] / unit - maslov / 4), 0) if n is None else n
         away = np.concatenate([unit * (n + maslov / 4), what.fixed()]) - fit.J
@@ -170,7 +186,7 @@ def level(what: Oscillation, n: np.ndarray | None, h: float, guess: np.ndarray |
         if far <= CLOSE * h:
             E = fit.energy + float(fit.nu @ away)
             error = _error(fit, away, before)
-            status = Status.OK if fit.classification is Classification.REGULAR else Status.NOT_CONVERGED
+            status = Status.OK if fit.classification is what.whole else Status.NOT_CONVERGED
             return Level(n, E, error, unit * fit.nu[: omega.size], status, fit.names[: omega.size])
         if before is not None and not far < before[1]:
             return failed
@@ -180,14 +196,14 @@ def level(what: Oscillation, n: np.ndarray | None, h: float, guess: np.ndarray |
     return failed
 
 
-def _usable(fit: TorusFit) -> bool:
+def _usable(fit: TorusFit, whole: Classification) -> bool:
     """Whether a fit gives actions: of a torus, or an undecided one whose series is close to the orbit.
 
     Series of three angles have more terms than a fit may take, and some of the lines left out are no rounding.
     """
     if fit.classification is Classification.UNDECIDED:
         return bool(fit.residual + fit.prediction_error < LOOSE)
-    return fit.classification is Classification.REGULAR
+    return fit.classification is whole
 
 
 def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | None) -> float:
@@ -197,7 +213,20 @@ def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | N
     return float(of_actions + np.abs(change) @ np.abs(away) + 64 * np.finfo(float).eps * abs(fit.energy))
 
 
-def mode_levels(model: Any, n: Any, max_energy: Any, guess: Any, hbar: Any, way: str) -> LevelTable:
+def vibration(model: Any, way: str) -> Oscillation:
+    """Return the motion of a vibration about its lowest minimum."""
+    return Vibration(model, modes_of(model, way))
+
+
+def mode_levels(
+    model: Any,
+    n: Any,
+    max_energy: Any,
+    guess: Any,
+    hbar: Any,
+    way: str,
+    motion: Callable[[Any, str], Oscillation] = vibration,
+) -> LevelTable:
     """Return quasiclassical levels of a vibration, see `quasiclassical_levels`."""
     quantum = action_quantum(hbar)
     if guess is not None and (way != "normal" or max_energy is not None):
@@ -210,33 +239,32 @@ def mode_levels(model: Any, n: Any, max_energy: Any, guess: Any, hbar: Any, way:
         )
         raise ValueError(f"{wrong}, got {shown(max_energy)}")
     h = 2 * np.pi * quantum
-    known = modes_of(model, way)
+    known = motion(model, way)
+    size = known.modes.omega.size
     points = [None] if guess is None else list(phase_points("guess", guess, current_system(model)).T)
     found: list[Level] = []
-    table = functools.partial(_table, found, known, way, guess is not None, model, quantum)
+    table = functools.partial(_table, found, size, way, guess is not None, model, quantum)
     with partial_result_on_interrupt("quasiclassical_levels", table):
         if max_energy is not None:
-            return _below(model, known, real("max_energy", max_energy), h, found, table)
-        rows = [None] * len(points) if n is None else list(quanta(n, known.omega.size).T)
+            return _below(known, real("max_energy", max_energy), h, found, table)
+        rows = [None] * len(points) if n is None else list(quanta(n, size).T)
         count = max(len(rows), len(points))
         if {len(rows), len(points)} - {1, count}:
             raise ValueError(f"guess must be one phase point or {len(rows)}, as n has levels, got {len(points)}")
         for one, point in zip(rows * (count // len(rows)), points * (count // len(points)), strict=True):
             tell("quasiclassical_levels", len(found) / count, f"level {len(found) + 1} of {count}")
-            found.append(level(Vibration(model, known), one, h, point))
+            found.append(level(known, one, h, None if point is None else known.near(point)))
         return table()
 
 
-def _below(
-    model: Any, modes: NormalModes, top: float, h: float, found: list[Level], table: Callable[[], LevelTable]
-) -> LevelTable:
+def _below(what: Oscillation, top: float, h: float, found: list[Level], table: Callable[[], LevelTable]) -> LevelTable:
     """Find all levels below an energy, from the ground state on, by ever more quanta."""
-    size = modes.omega.size
+    size = what.modes.omega.size
     waiting = [(0,) * size]
     seen = set()
     while waiting:
         tell("quasiclassical_levels", 0.0, f"level {len(found) + 1}, {len(waiting)} more to try")
-        found.append(level(Vibration(model, modes), np.array(waiting.pop(0)), h, None))
+        found.append(level(what, np.array(waiting.pop(0)), h, None))
         if top > found[-1].E:
             more = [tuple((found[-1].n + unit).tolist()) for unit in np.eye(size, dtype=int)]
             waiting += [n for n in more if n not in seen]
@@ -254,9 +282,8 @@ def quanta(n: Any, size: int) -> np.ndarray:
     return rows.reshape(size, -1).astype(np.int64)
 
 
-def _table(found: list[Level], modes: NormalModes, way: str, near: bool, model: Any, hbar: float) -> LevelTable:
+def _table(found: list[Level], size: int, way: str, near: bool, model: Any, hbar: float) -> LevelTable:
     """Return levels as a table."""
-    size = modes.omega.size
     if near:
         names = next((one.names for one in found if one.names), tuple(f"theta {i + 1}" for i in range(size)))
     else:
