@@ -365,9 +365,10 @@ class _Accurate:
             self._short(last(*given, self.error[0, self.chunk], lost), None)
 
     def _lost(self) -> np.ndarray:
-        """Return a mask (orbits,) of the chunk: those that reach the end with another energy."""
+        """Return a mask (orbits,) of the chunk: those that have another energy at the end or at a sample."""
         ended = self.ensemble.of(self.chunk)
-        return (ended.status == Status.OK) & (energy_error(self.system, ended) > self.drift)
+        error = largest_energy_error(self.system, ended, self.samples[..., self.chunk])
+        return (ended.status == Status.OK) & (error > self.drift)
 
     def _toleranced(
         self, orbits: np.ndarray, tolerance: np.ndarray, callback: Callback | None, stop: float
@@ -465,16 +466,22 @@ class _Accurate:
         return _assembled(system, scheme, *found, tolerance, interrupted, self.step)
 
 
-def _assembled(system: System, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
-    """Return the orbits with their energy errors and statuses."""
-    if interrupted:
-        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
+def largest_energy_error(system: System, ensemble: Ensemble, samples: np.ndarray) -> np.ndarray:
+    """Return the largest energy errors (orbits,) at the end and at samples (samples, 2n, orbits)."""
     energy = energy_error(system, ensemble)
-    together = max(1, POINTS // len(energy))
+    together = max(1, POINTS // max(1, len(energy)))
     for first in range(0, len(samples), together):
         z = samples[first : first + together].transpose(1, 0, 2)
         drift = energy_drift(system, z, ensemble.energy, ensemble.scale)
         energy = np.maximum(energy, np.where(np.isfinite(z).all(axis=0), drift, 0.0).max(axis=0))
+    return energy
+
+
+def _assembled(system: System, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
+    """Return the orbits with their energy errors and statuses."""
+    if interrupted:
+        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
+    energy = largest_energy_error(system, ensemble, samples)
     mark_drift(ensemble, energy, tolerance)
     return Orbits(
         z=ensemble.z,
