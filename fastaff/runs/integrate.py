@@ -25,11 +25,12 @@ from .options import Options, Problem
 from .requirements import energy_drift
 from .scales import motion
 from .schemes.automatic import Automatic
-from .schemes.catalogue import VERNER9, Collocation, Scheme, scheme_of
+from .schemes.catalogue import VERNER9, Collocation, Nystrom, Scheme, Splitting, scheme_of
 from .schemes.time_transformed import TimeTransformed
 from .starts import starts_of
 from .time_transformed import TransformedFlow
 from .tolerances import (
+    FINEST,
     SLOW,
     UNEVEN,
     last,
@@ -80,11 +81,11 @@ class Orbits(Result):
     status : ndarray, shape (orbits,), of `Status`
         Outcome of each orbit.
     scheme : Scheme or TimeTransformed
-        Scheme that was used. For H(q, p) some orbits may have been run by VERNER9; then it is the scheme of the others,
-        if there are any.
+        Scheme that was used. Without a scheme of yours some orbits may have been run by VERNER9; then it is the scheme
+        of the others, if there are any.
     step : float or ndarray, shape (orbits,), time
-        Fixed step size, infinite for an adaptive scheme. For `TimeTransformed` it is a step in s. For H(q, p) it is
-        infinite for the orbits that VERNER9 ran.
+        Fixed step size, infinite for an adaptive scheme and for orbits that VERNER9 ran. For `TimeTransformed` it is a
+        step in s.
     names : tuple of str, 2n entries
         Names of the rows of z.
     """
@@ -163,7 +164,8 @@ def integrate(
 
         * BLANES_MOAN6 for accuracies from 1e-7, BLANES_CASAS_ESCORIHUELA8 for smaller ones, RKN12 up to 1e-12 (driven
           systems: up to 1e-11);
-        * KAHAN_LI8 if T is not quadratic, or if you give a step.
+        * KAHAN_LI8 if T is not quadratic, or if you give a step;
+        * VERNER9 for orbits that lose their energy with equal steps, as in close approaches.
 
         Default for a nonseparable H(q, p): VERNER9 for runs of up to 1000 radians of the motion and for orbits that
         equal steps lose; GAUSS8 for longer runs, or GAUSS16 for accuracies below 1e-11. ODE systems: DOP853.
@@ -320,6 +322,7 @@ class _Accurate:
         self.samples, self.sample_error = (np.full((count, *z.shape), none) for none in (np.nan, np.inf))
         self.looks = self.times if count else self.times[1::2]
         self.free = free and isinstance(flow.scheme, Collocation)
+        self.rescues = free and isinstance(flow.scheme, (Splitting, Nystrom)) and not system.driven
 
     def run(self) -> None:
         """Run all orbits, a chunk at a time."""
@@ -355,9 +358,17 @@ class _Accurate:
             refine_steps(
                 self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, callback
             )
+        if self.rescues:  # equal steps are too long for a close approach
+            self._short(np.where(self._lost(), FINEST, np.nan), None)
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
             lost = energy_error(self.system, self.ensemble.of(self.chunk))
             self._short(last(*given, self.error[0, self.chunk], lost), None)
+
+    def _lost(self) -> np.ndarray:
+        """Return a mask (orbits,) of the chunk: those that have another energy at the end or at a sample."""
+        ended = self.ensemble.of(self.chunk)
+        error = largest_energy_error(self.system, ended, self.samples[..., self.chunk])
+        return (ended.status == Status.OK) & (error > self.drift)
 
     def _toleranced(
         self, orbits: np.ndarray, tolerance: np.ndarray, callback: Callback | None, stop: float
@@ -451,20 +462,26 @@ class _Accurate:
     def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, with the estimated errors."""
         found = self.ensemble, self.samples, self.time, (self.error, self.sample_error, self.until)
-        scheme = VERNER9 if self.free and np.isinf(self.step).all() else self.flow.scheme
+        scheme = VERNER9 if (self.free or self.rescues) and np.isinf(self.step).all() else self.flow.scheme
         return _assembled(system, scheme, *found, tolerance, interrupted, self.step)
+
+
+def largest_energy_error(system: System, ensemble: Ensemble, samples: np.ndarray) -> np.ndarray:
+    """Return the largest energy errors (orbits,) at the end and at samples (samples, 2n, orbits)."""
+    energy = energy_error(system, ensemble)
+    together = max(1, POINTS // max(1, len(energy)))
+    for first in range(0, len(samples), together):
+        z = samples[first : first + together].transpose(1, 0, 2)
+        drift = energy_drift(system, z, ensemble.energy, ensemble.scale)
+        energy = np.maximum(energy, np.where(np.isfinite(z).all(axis=0), drift, 0.0).max(axis=0))
+    return energy
 
 
 def _assembled(system: System, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
     """Return the orbits with their energy errors and statuses."""
     if interrupted:
         ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
-    energy = energy_error(system, ensemble)
-    together = max(1, POINTS // len(energy))
-    for first in range(0, len(samples), together):
-        z = samples[first : first + together].transpose(1, 0, 2)
-        drift = energy_drift(system, z, ensemble.energy, ensemble.scale)
-        energy = np.maximum(energy, np.where(np.isfinite(z).all(axis=0), drift, 0.0).max(axis=0))
+    energy = largest_energy_error(system, ensemble, samples)
     mark_drift(ensemble, energy, tolerance)
     return Orbits(
         z=ensemble.z,

@@ -13,12 +13,18 @@ from ..systems.models.mechanics import System
 from . import observers
 from .flow import Flow, no_memory
 from .requirements import energy_drift
-from .scales import typical_rate
+from .scales import fastest_rates, typical_rate
 from .schemes.automatic import TRIAL_ORBITS, Automatic, CandidateTrial, spread, trial_rounds
 from .schemes.catalogue import DOP853, RungeKutta, Splitting
 
 STEPS = 14
 """Most steps that are tried for a set of orbits."""
+
+
+THROWN_OUT = 1 / 16
+"""Part of the fastest rate at the starts below which the natural rate is that of a way out, after a close approach: a
+round of its radians would last for many runs.
+"""
 
 
 class Sample(NamedTuple):
@@ -41,7 +47,10 @@ def sample_of(system: System, z: np.ndarray, radians: float, time: float | None,
     returned, for a trial of one step.
     """
     z = spread(z, TRIAL_ORBITS)
-    span = radians / typical_rate(system, z)
+    rate = typical_rate(system, z)
+    span = radians / rate
+    if time is not None and span > time and rate < THROWN_OUT * float(np.median(fastest_rates(system, z, np.inf))):
+        span = time
     rounds = trial_rounds(z, span, time)
     flow = Flow(system, DOP853, math.inf, 1e-9, 1e-9, threads)
     ensemble = flow.ensemble(z.copy())

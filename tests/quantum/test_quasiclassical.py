@@ -382,7 +382,11 @@ def level(**change):
         ({"hbar": "1"}, TypeError, "hbar must be a real"),
         ({"hbar": np.inf}, ValueError, "hbar must be finite"),
         ({"model": Harmonic()}, TypeError, r"Use Body\(Harmonic\(...\)\)"),
-        ({"model": Body(NeoHookean())}, ValueError, "model must be separable, got a Body of NeoHookean"),
+        (
+            {"model": Body(NeoHookean()), "chart": ALPHA_BETA},
+            ValueError,
+            "model must be separable, got a Body of NeoHookean",
+        ),
         ({"model": Body(Hyperelastic()), "chart": ALPHA_BETA}, ValueError, "chart must separate"),
         ({"chart": ELLIPTIC}, ValueError, "alpha-beta or r-vartheta"),
         (

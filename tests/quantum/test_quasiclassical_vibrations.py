@@ -108,7 +108,7 @@ def test_wrong_calls_say_the_right_one():
     ):
         with pytest.raises(ValueError, match=message):
             quasiclassical_levels(model, **wrong)
-    with pytest.raises(ValueError, match="modes is for vibrations alone"):
+    with pytest.raises(ValueError, match="modes is for vibrations and bodies that do not separate"):
         quasiclassical_levels(fa.Body(fa.Harmonic()), n=(0, 0), m=0, l=0, modes="local")
     with pytest.raises(ValueError, match="potential with a minimum"):
         quasiclassical_levels(fa.hamiltonian("-x**4", coordinates="x"), n=[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -73,24 +73,100 @@ class Level(NamedTuple):
     names: tuple[str, ...]
 
 
-def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, guess: np.ndarray | None) -> Level:
+class Oscillation(Protocol):
+    """What quanta belong to: a vibration, or a body at fixed spin and vorticity."""
+
+    @property
+    def model(self) -> Any:
+        """Model whose orbits have the tori."""
+
+    @property
+    def modes(self) -> NormalModes:
+        """Modes about the equilibrium."""
+
+    @property
+    def whole(self) -> Classification:
+        """What the fit of a torus of all these angles is: resonant if a plane of the body does not turn."""
+
+    def near(self, point: np.ndarray) -> np.ndarray:
+        """Return a phase point of the system as one of the model."""
+
+    def start(self, n: np.ndarray, h: float) -> np.ndarray:
+        """Return a phase point (2d,) near the torus with quantum numbers n (modes,)."""
+
+    def size(self, h: float) -> np.ndarray:
+        """Return the size (2d,) of the rows of a quantum h."""
+
+    def in_modes(self, fit: TorusFit) -> TorusFit | None:
+        """Return a torus with the angles of the modes first, None if these are no basis."""
+
+    def quanta(self, fit: TorusFit, h: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return h and the Maslov indices (modes,) of the quanta h (n + maslov/4) of actions, None if unknown."""
+
+    def fixed(self) -> np.ndarray:
+        """Return the actions that follow those of the modes and have given values."""
+
+
+class Vibration(NamedTuple):
+    """A system without conserved momenta, whose angles are those of its modes."""
+
+    model: Any
+    modes: NormalModes
+
+    @property
+    def whole(self) -> Classification:
+        """Return that of a torus of as many angles as coordinates."""
+        return Classification.REGULAR
+
+    def near(self, point: np.ndarray) -> np.ndarray:
+        """Return the point itself."""
+        return point
+
+    def start(self, n: np.ndarray, h: float) -> np.ndarray:
+        """Return the point of small oscillations with these quanta."""
+        return self.modes.start(h * (n + 0.5))
+
+    def size(self, h: float) -> np.ndarray:
+        """Return the amplitudes of one quantum in all modes."""
+        return self.modes.size(h)
+
+    def in_modes(self, fit: TorusFit) -> TorusFit | None:
+        """Return the torus with the angles of the largest lines of the modes."""
+        return turned_to(fit, self.modes.lines(fit.k, fit.coefficients))
+
+    def quanta(self, fit: TorusFit, h: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return h and the Maslov indices of the torus."""
+        return np.full(fit.dimension, h), fit.maslov
+
+    def fixed(self) -> np.ndarray:
+        """Return none."""
+        return np.zeros(0)
+
+
+def turned_to(fit: TorusFit, K: np.ndarray) -> TorusFit | None:
+    """Return the torus with the angles K theta, None if these are no basis."""
+    return fit.in_basis(K) if K.shape == (fit.dimension,) * 2 and abs(determinant(K)) == 1 else None
+
+
+def level(what: Oscillation, n: np.ndarray | None, h: float, guess: np.ndarray | None) -> Level:
     """Return the level with quantum numbers n (modes,) of these modes, or in the basis of the torus near a phase point
-    (2n,), by default the next ones there: Newton's method on the actions, whose gradient is S dz/dtheta.
+    (2d,), by default the next ones there: Newton's method on the actions, whose gradient is S dz/dtheta.
     """
-    z: Any = modes.start(h * (n + 0.5)) if n is not None and guess is None else guess
-    size = np.sqrt((np.abs(modes.v) ** 2).sum(axis=1) * h)[:, None]
-    time = PERIODS * 2 * np.pi / float(modes.omega.min())
+    omega = what.modes.omega
+    z: Any = what.start(n, h) if n is not None and guess is None else guess
+    size = what.size(h)[:, None]
+    time = PERIODS * 2 * np.pi / float(omega.min())
     longer = LONGER
     before = None
-    none = np.full(modes.omega.size, np.nan)
+    none = np.full(omega.size, np.nan)
     failed = Level(np.zeros(none.size, np.int64) if n is None else n, np.nan, np.inf, none, Status.NOT_CONVERGED, ())
     for _ in range(STEPS):
-        fit = fit_torus(model, z, time=time)
+        fit = fit_torus(what.model, z, time=time)
         while fit.classification is Classification.UNDECIDED and "suggested time" in fit.evidence and longer:
-            longest = fit_torus(model, z, time=float(fit.evidence["suggested time"]))
+            longest = fit_torus(what.model, z, time=float(fit.evidence["suggested time"]))
             longer -= 1
             if (
-                _usable(fit)
+                _usable(fit, what.whole)
                 and longest.classification is Classification.UNDECIDED
                 and longest.residual > HALF * fit.residual
             ):
@@ -98,21 +174,22 @@ def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, guess:
                 break
             time = float(fit.evidence["suggested time"])
             fit = longest
-        if not _usable(fit):
+        if not _usable(fit, what.whole):
             return failed
-        if guess is None:
-            K = modes.lines(fit.k, fit.coefficients)
-            if abs(determinant(K)) != 1:
-                return failed
-            fit = fit.in_basis(K)
-        n = np.maximum(np.rint(fit.J / h - fit.maslov / 4), 0) if n is None else n
-        away = h * (n + fit.maslov / 4) - fit.J
+        turned = what.in_modes(fit) if guess is None else fit
+        quanta = None if turned is None else what.quanta(turned, h)
+        if turned is None or quanta is None:
+            return failed
+        fit = turned
+        unit, maslov = quanta
+        n = np.maximum(np.rint(fit.J[: omega.size] / unit - maslov / 4), 0) if n is None else n
+        away = np.concatenate([unit * (n + maslov / 4), what.fixed()]) - fit.J
         far = float(np.abs(away).max())
         if far <= CLOSE * h:
             E = fit.energy + float(fit.nu @ away)
             error = _error(fit, away, before)
-            status = Status.OK if fit.classification is Classification.REGULAR else Status.NOT_CONVERGED
-            return Level(n, E, error, h * fit.nu, status, fit.names)
+            status = Status.OK if fit.classification is what.whole else Status.NOT_CONVERGED
+            return Level(n, E, error, unit * fit.nu[: omega.size], status, fit.names[: omega.size])
         if before is not None and not far < before[1]:
             return failed
         before = fit.nu, far
@@ -121,14 +198,14 @@ def level(model: Any, modes: NormalModes, n: np.ndarray | None, h: float, guess:
     return failed
 
 
-def _usable(fit: TorusFit) -> bool:
+def _usable(fit: TorusFit, whole: Classification) -> bool:
     """Whether a fit gives actions: of a torus, or an undecided one whose series is close to the orbit.
 
     Series of three angles have more terms than a fit may take, and some of the lines left out are no rounding.
     """
     if fit.classification is Classification.UNDECIDED:
         return bool(fit.residual + fit.prediction_error < LOOSE)
-    return fit.classification is Classification.REGULAR
+    return fit.classification is whole
 
 
 def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | None) -> float:
@@ -138,7 +215,20 @@ def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | N
     return float(of_actions + np.abs(change) @ np.abs(away) + 64 * np.finfo(float).eps * abs(fit.energy))
 
 
-def mode_levels(model: Any, n: Any, max_energy: Any, guess: Any, hbar: Any, way: str) -> LevelTable:
+def vibration(model: Any, way: str) -> Oscillation:
+    """Return the motion of a vibration about its lowest minimum."""
+    return Vibration(model, modes_of(model, way))
+
+
+def mode_levels(
+    model: Any,
+    n: Any,
+    max_energy: Any,
+    guess: Any,
+    hbar: Any,
+    way: str,
+    motion: Callable[[Any, str], Oscillation] = vibration,
+) -> LevelTable:
     """Return quasiclassical levels of a vibration, see `quasiclassical_levels`."""
     quantum = action_quantum(hbar)
     if guess is not None and (way != "normal" or max_energy is not None):
@@ -151,33 +241,32 @@ def mode_levels(model: Any, n: Any, max_energy: Any, guess: Any, hbar: Any, way:
         )
         raise ValueError(f"{wrong}, got {shown(max_energy)}")
     h = 2 * np.pi * quantum
-    known = modes_of(model, way)
+    known = motion(model, way)
+    size = known.modes.omega.size
     points = [None] if guess is None else list(phase_points("guess", guess, current_system(model)).T)
     found: list[Level] = []
-    table = functools.partial(_table, found, known, way, guess is not None, model, quantum)
+    table = functools.partial(_table, found, size, way, guess is not None, model, quantum)
     with partial_result_on_interrupt("quasiclassical_levels", table):
         if max_energy is not None:
-            return _below(model, known, real("max_energy", max_energy), h, found, table)
-        rows = [None] * len(points) if n is None else list(quanta(n, known.omega.size).T)
+            return _below(known, real("max_energy", max_energy), h, found, table)
+        rows = [None] * len(points) if n is None else list(quanta(n, size).T)
         count = max(len(rows), len(points))
         if {len(rows), len(points)} - {1, count}:
             raise ValueError(f"guess must be one phase point or {len(rows)}, as n has levels, got {len(points)}")
         for one, point in zip(rows * (count // len(rows)), points * (count // len(points)), strict=True):
             tell("quasiclassical_levels", len(found) / count, f"level {len(found) + 1} of {count}")
-            found.append(level(model, known, one, h, point))
+            found.append(level(known, one, h, None if point is None else known.near(point)))
         return table()
 
 
-def _below(
-    model: Any, modes: NormalModes, top: float, h: float, found: list[Level], table: Callable[[], LevelTable]
-) -> LevelTable:
+def _below(what: Oscillation, top: float, h: float, found: list[Level], table: Callable[[], LevelTable]) -> LevelTable:
     """Find all levels below an energy, from the ground state on, by ever more quanta."""
-    size = modes.omega.size
+    size = what.modes.omega.size
     waiting = [(0,) * size]
     seen = set()
     while waiting:
         tell("quasiclassical_levels", 0.0, f"level {len(found) + 1}, {len(waiting)} more to try")
-        found.append(level(model, modes, np.array(waiting.pop(0)), h, None))
+        found.append(level(what, np.array(waiting.pop(0)), h, None))
         if top > found[-1].E:
             more = [tuple((found[-1].n + unit).tolist()) for unit in np.eye(size, dtype=int)]
             waiting += [n for n in more if n not in seen]
@@ -195,9 +284,8 @@ def quanta(n: Any, size: int) -> np.ndarray:
     return rows.reshape(size, -1).astype(np.int64)
 
 
-def _table(found: list[Level], modes: NormalModes, way: str, near: bool, model: Any, hbar: float) -> LevelTable:
+def _table(found: list[Level], size: int, way: str, near: bool, model: Any, hbar: float) -> LevelTable:
     """Return levels as a table."""
-    size = modes.omega.size
     if near:
         names = next((one.names for one in found if one.names), tuple(f"theta {i + 1}" for i in range(size)))
     else:

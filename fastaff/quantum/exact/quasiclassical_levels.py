@@ -1,4 +1,4 @@
-"""Quasiclassical energy levels of separable bodies: Bohr-Sommerfeld and EBK."""
+"""Quasiclassical energy levels of bodies and vibrations: Bohr-Sommerfeld and EBK."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ...core.numbers import flag, listed, positive, real, shown, text, whole
 from ...results.calls import records_call
 from ...runs.requirements import current_system
 from ...systems.charts import Chart
+from ...systems.models.body import Body
 from ...systems.models.contracts import Dynamics, SeparableModel
 from ...tori.inverse_tori import LARGEST_ACTION, energy_of_actions
 from ...tori.separation import separate
@@ -20,6 +21,7 @@ from ..states.level_table import LevelTable
 from ..states.modes import WAYS
 from ..states.symmetry import checked_numbers, refuse_spins
 from .angular_tori import AngularTori, angular_quanta
+from .body_tori import body_levels, is_coupled, motion_of
 from .mode_tori import bodies_alone, is_vibration, mode_levels
 from .numbers_below import numbers_below
 
@@ -51,33 +53,34 @@ def quasiclassical_levels(
     guess: ArrayLike | None = None,
     modes: str = "normal",
 ) -> LevelTable:
-    """Compute semiclassical levels of a separable body or a vibration.
+    """Compute semiclassical levels of a body or a vibration.
 
     Parameters
     ----------
     model : Body, StackelBody or model
-        A separable body, also with angular potentials, or a vibration: another system H = p.W p/2 + V(q) of one to
-        three coordinates.
+        A body with a doubly isotropic potential or that separates, also with angular potentials, or a vibration:
+        another system H = p.W p/2 + V(q) of one to three coordinates.
     n : array_like of int, shape (2,) or (2, levels), optional
-        Quantum numbers of the two coordinates in the order of the chart, at least 0. With angular potentials, the
-        numbers of the levels of eta and gamma follow, shape (4,) or (4, levels). For a vibration, quantum numbers of
-        its modes, shape (modes,) or (modes, levels). Give `n` or `max_energy`.
+        Quantum numbers of the two coordinates in the order of the chart, at least 0. For a body that does not separate,
+        those of its two modes at fixed spin and vorticity. With angular potentials, the numbers of the levels of eta
+        and gamma follow, shape (4,) or (4, levels). For a vibration, quantum numbers of its modes, shape (modes,) or
+        (modes, levels). Give `n` or `max_energy`.
     m, l : int or array_like of int, shape (levels,), optional
         Quantum numbers of spin and vorticity. Required with `n` for a `Body` and not supported for other systems.
     max_energy : float, optional
-        Energy below which all levels are computed, ascending.
+        Energy below which all levels are computed, ascending. Not supported for bodies that do not separate.
     maslov : tuple of int, default EBK
-        Maslov indices M of the two coordinates: `BOHR_SOMMERFELD` = (0, 0), `EBK` = (2, 2) or others. A vibration has
-        the indices of its tori.
+        Maslov indices M of the two coordinates: `BOHR_SOMMERFELD` = (0, 0), `EBK` = (2, 2) or others. A vibration, or a
+        body that does not separate, has the indices of its tori.
     {hbar}
     {single_valued}
     {quantum_chart}
     guess : array_like, shape (2n,) or (2n, levels), optional
-        For a body, a phase point in the intended potential well. For a vibration, phase points near the tori, for
-        example in a resonance. The quantum numbers `n` then belong to the angles of the torus that `fit_torus` finds
-        there. Default: no guess.
+        For a separable body, a phase point in the intended potential well. For other systems, phase points near the
+        tori, for example in a resonance. The quantum numbers `n` then belong to the angles of the torus that
+        `fit_torus` finds there. Default: no guess.
     modes : {"normal", "local"}, default "normal"
-        Modes of a vibration: normal modes, the fastest first, or the mode of each coordinate.
+        Modes of a vibration or of alpha and beta: normal modes, the fastest first, or the mode of each coordinate.
 
     Returns
     -------
@@ -90,22 +93,22 @@ def quasiclassical_levels(
     TypeError
         If an argument has the wrong type.
     ValueError
-        If the body does not separate or an argument has a wrong value.
+        If the body neither separates nor is doubly isotropic, or if an argument has a wrong value.
     Interrupted
         On Ctrl-C.
 
     Notes
     -----
-    - J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l; Newton's method on `fit_torus` for
-      vibrations.
+    - J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l. Newton's method on `fit_torus` finds tori
+      of vibrations and of bodies that do not separate.
     - Angular potentials: librations of an angle have J = (n + 1/2) h, rotations J = n h. Levels are numbered as those
       of `spectrum`.
     - EBK is exact for `Harmonic` and `Anharmonic`. For `Hyperelastic` the effective index of vartheta lies between 2
       and 3.
-    - ``UNBOUND``: no torus has the actions. ``NOT_CONVERGED``: no torus of a vibration was found, for example beyond a
-      separatrix. Other modes may have one.
+    - ``UNBOUND``: no torus has the actions. ``NOT_CONVERGED``: no torus was found, for example beyond a separatrix.
+      Other modes may have one.
     - Searches below `max_energy` end, in each direction of n, at the first level above it or without a torus.
-    - Cost: 20 microseconds per level by quadrature; seconds per level of a vibration.
+    - Cost: 20 microseconds per level by quadrature; seconds per level by `fit_torus`.
 
     References
     ----------
@@ -125,9 +128,15 @@ def quasiclassical_levels(
     if is_vibration(model):
         tori_of_bodies = {"maslov": (maslov, EBK), "single_valued": (single_valued, True)}
         bodies_alone(model, {"m": (m, None), "l": (l, None), "chart": (chart, None)} | tori_of_bodies)
-        return mode_levels(model, n, max_energy, guess, hbar, way)
+        return mode_levels(model, n, max_energy, guess, hbar, way, motion_of)
+    if chart is None and is_coupled(model):
+        if maslov != EBK:
+            raise ValueError(f"maslov must be EBK = {EBK} for a body that does not separate, got {shown(maslov)}")
+        if max_energy is not None or n is None or m is None or l is None:
+            raise ValueError("n, m and l must be given, without max_energy, for a body that does not separate")
+        return body_levels(cast(Body, model), n, m, l, guess, hbar, single_valued, way)
     if way != WAYS[0]:
-        raise ValueError(f"modes is for vibrations alone, got {shown(modes)}")
+        raise ValueError(f"modes is for vibrations and bodies that do not separate, got {shown(modes)}")
     separated = separate(model, chart)  # refuses a body without tori before its numbers are checked
     h = 2 * np.pi * positive("hbar", hbar)
     flagged = flag("single_valued", single_valued)

@@ -27,6 +27,14 @@ class NormalModes(NamedTuple):
         """Return the phase point (2n,) with actions J (modes,) in the limit of small ones, all modes at phase 0."""
         return self.equilibrium + (self.v @ np.sqrt(J / np.pi)).real
 
+    def kicked(self, J: np.ndarray) -> np.ndarray:
+        """Return the phase point (2n,) at the equilibrium, with the momenta of small actions J (modes,)."""
+        return self.equilibrium + (self.v @ (-1j * np.sqrt(J / np.pi))).real
+
+    def size(self, h: float) -> np.ndarray:
+        """Return the amplitudes (2n,) of the rows for an action h of each mode."""
+        return np.sqrt((np.abs(self.v) ** 2).sum(axis=1) * h)
+
     @property
     def rows(self) -> np.ndarray:
         """Matrix (modes, 2n) from phase points less the equilibrium to amplitudes (modes,)."""
