@@ -9,6 +9,7 @@ from .animation import animate, save_animation
 from .aperture import plot_aperture
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
+from .closed_orbits import plot_closed_orbits
 from .density import Density, count_points
 from .figures import FIGURES
 from .frequencies import plot_frequency_map, plot_tunes
@@ -50,6 +51,7 @@ __all__ = [
     "plot_bifurcation",
     "plot_chaos_map",
     "plot_chaotic_fraction",
+    "plot_closed_orbits",
     "plot_degeneracies",
     "plot_density",
     "plot_diffusion_grid",

@@ -384,14 +384,16 @@ def test_angles_that_wind_are_drawn_within_a_period():
     pendulum = fa.hamiltonian("-cos(x)", coordinates="x", periodic={"x": "2*pi"})
     orbits = fa.integrate(pendulum, [[0.0, 0.0, 3.0], [1.0, -2.5, 2.1]], time=20.0, samples=200)
     swing, *turns = plot.plot_orbits(orbits).points
-    np.testing.assert_array_equal(swing.get_xdata(), orbits.samples[:, 0, 0])
+    np.testing.assert_array_equal(swing.get_xdata()[::8], orbits.samples[:, 0, 0])
     for k, curve in enumerate(turns, 1):
         x, p = curve.get_data()
         wound = int(np.rint(np.ptp(np.rint(orbits.samples[:, 0, k] / (2 * np.pi)))))
-        assert np.isnan(x).sum() == np.isnan(p).sum() == wound > 3
+        assert np.isnan(x).sum() == np.isnan(p).sum()
+        assert abs(np.isnan(x).sum() - wound) <= 1  # between the samples an orbit may cross the edge once more
+        assert wound > 3
         assert np.nanmax(np.abs(x)) <= np.pi
         at, x_end, p_end = ~np.isnan(x), *orbits.z[:, k]
-        np.testing.assert_allclose(p[at] ** 2 / 2 - np.cos(x[at]), p_end**2 / 2 - np.cos(x_end), rtol=1e-7)
+        np.testing.assert_allclose(p[at] ** 2 / 2 - np.cos(x[at]), p_end**2 / 2 - np.cos(x_end), rtol=1e-5)
     time = plot.plot_orbits(orbits, x="time", y="x", orbits=[1]).points[0]
     assert np.nanmax(np.abs(time.get_ydata())) <= np.pi
 
