@@ -13,6 +13,7 @@ from ..core.numbers import shown
 from ..frequencies.angle_lines import AngleLines
 from ..frequencies.frequencies import FrequencyMap
 from ..frequencies.naff import FrequencyLines
+from ..frequencies.orbit_family import OrbitFamilies
 from ..frequencies.resonance_web import ResonanceLine
 from ..frequencies.resonances import DiffusionHistogram, Resonances
 from ..frequencies.tune_accumulator import TuneAccumulator, TuneSums
@@ -39,6 +40,7 @@ from ..tori.torus import TorusFit
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction
 from .closed_orbits import has_curves, plot_closed_orbits
+from .families import plot_families
 from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
 from .orbits import plot_orbits, plot_tangent_map
@@ -129,6 +131,7 @@ FIGURES: dict[type, Callable] = {
     LevelDiagram: plot_levels,
     LevelTable: plot_spectrum,
     Multiplets: plot_degeneracies,
+    OrbitFamilies: plot_families,
     Orbits: plot_orbits,
     PeriodicOrbits: _periodic,
     ResonanceLine: lambda line, *others, **options: plot_web([line, *others], **options),

@@ -1,4 +1,4 @@
-"""Curves of orbits: smooth between samples, closed for periodic orbits, one for each of several bodies."""
+"""Curves of orbits: smooth between samples, closed for periodic orbits, one for each of several bodies; families."""
 
 import numpy as np
 import pytest
@@ -147,3 +147,42 @@ def test_several_bodies_are_animated(three_bodies):
     np.testing.assert_allclose(np.ravel(marks), end[:6], atol=1e-5)
     with pytest.raises(ValueError, match="or bodies x1, y1, x2, y2"):
         plot.animate(fa.hamiltonian("(x**2 + y**2 + z**2)/2", coordinates="x y z"), np.ones(6), time=1.0, frames=2)
+
+
+# --- families and ratios ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def oscillators():
+    """Frequencies of uncoupled oscillators: a box, an orbit along x, and one that escapes."""
+    model = fa.hamiltonian("(x**2 + w**2*y**2)/2", w=np.sqrt(2))
+    z0 = np.array([[0.3, 0.2, 0.0, 0.1], [0.3, 0.0, 0.1, 0.0], [0.1, 0.2, 0.1, 0.0]]).T
+    found = fa.frequency_map(model, z0, time=400.0)
+    status = found.status.copy()
+    status[2] = fa.Status.ESCAPED
+    object.__setattr__(found, "status", status)
+    return found
+
+
+def test_ratios_are_drawn_against_energy_with_the_orbits_that_are_not(ax, oscillators):
+    drawn = plot.plot_frequency_map(oscillators, ax=ax, x="energy")
+    at = drawn.points.get_offsets()
+    energy = 0.5 * (0.3**2 + 2 * 0.2**2 + 0.1**2)
+    np.testing.assert_allclose(at[np.isclose(at[:, 0], energy)], [[energy, np.sqrt(2)]], rtol=1e-9)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("energy $E$", r"$\nu_{y}/\nu_{x}$")
+    assert any("2 of 3 orbits not drawn: 1 without a value, 1 escaped" in text.get_text() for text in ax.texts)
+    with pytest.raises(ValueError, match="lines must be empty"):
+        plot.plot_frequency_map(oscillators, ax=ax, x="radius", lines=(1, -1, 0))
+
+
+def test_families_have_marks_of_their_own_and_counts(ax, oscillators):
+    families = fa.frequencies.orbit_families(oscillators)
+    drawn = plot.plot_families(families, ax=ax, x="radius")
+    assert drawn.missing == 2
+    assert ax.get_title(loc="right") == "2 of 3 orbits not drawn: 1 axial, 1 escaped"
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["1 box"]
+    np.testing.assert_allclose(drawn.points[0].get_offsets(), [[np.hypot(0.3, 0.2), np.sqrt(2)]], rtol=1e-9)
+    assert families.plot(ax=Figure().subplots(), y="x/y").missing == 2
+    with pytest.raises(ValueError, match="x and y must be among energy, angular_momentum, radius"):
+        plot.plot_families(families, ax=ax, x="q")
