@@ -13,7 +13,7 @@ from ..core.numbers import entries, reals
 from ..core.status import Status
 from ..frequencies.frequencies import FrequencyMap
 from ..frequencies.orbit_family import START_VALUES, start_values
-from ..frequencies.own_lines import TURN, by_own_lines, in_time
+from ..frequencies.own_lines import TURN, by_own_lines, in_time, in_turns
 from ..frequencies.tunes import Tunes
 from ..runs.schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
@@ -126,14 +126,15 @@ def plot_frequency_map(
         notes.append(f"{np.count_nonzero(gone)} of {good.size} orbits not drawn: {why(frequency_map.status, gone)}")
     noted = [beyond(ax, "\n".join(notes))] if notes else []
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
-    ax.set(xlabel=_axis_label(x, per), ylabel=_axis_label(y, per))
+    letter = letter_of(frequency_map)
+    ax.set(xlabel=_axis_label(x, per, letter), ylabel=_axis_label(y, per, letter))
     bar = colour_bar(ax, points, values._replace(values=c[good])) if colorbar else None
     if not order.size:
         nothing(ax, why(frequency_map.status, ~good) if good.size else "")
     chosen = lines_of(lines, x, y, (ax.get_xlim(), ax.get_ylim()), turns=not in_time(frequency_map))
     if chosen and {x, y} & set(START_VALUES):
         raise ValueError(f"lines must be empty if an axis is no frequency, got x={x!r} and y={y!r}")
-    drawn, labels = _draw_lines(ax, chosen, x, y, noted)
+    drawn, labels = _draw_lines(ax, chosen, x, y, noted, letter)
     return Artists(points, bar, drawn, labels, int(np.count_nonzero(~good)))
 
 
@@ -163,11 +164,12 @@ def plot_tunes(tunes: Tunes, *, ax: Any = None, values: Any = None, **options: A
     >>> fa.plot.plot_tunes(fa.tunes([2 * np.cos(turn), -np.sin(turn)])).missing
     0
     """
-    values = tunes.diffusion if values is None else values
+    if values is None and tunes.diffusion.size:
+        values = colouring(tunes)
     if len(tunes.names) > 1:
-        found = plot_frequency_map(tunes, ax=ax, values=values, **{"label": "$\\log_{10}$ change of tunes", **options})
+        found = plot_frequency_map(tunes, ax=ax, values=values, **options)
         x, y = (options.get(axis) or tunes.names[k] for k, axis in enumerate("xy"))
-        ax.set(xlabel=f"${fraction(x)}$", ylabel=f"${fraction(y)}$")
+        ax.set(xlabel=f"${fraction(x, 'Q')}$", ylabel=f"${fraction(y, 'Q')}$")
         return found
     return _one_frequency(tunes, ax)
 
@@ -193,11 +195,11 @@ def _axis(found: Any, name: str, frequencies: Any) -> np.ndarray:
     return start_values(found)[name] if name in START_VALUES else frequency(found, name, frequencies)
 
 
-def _axis_label(name: str, per: str) -> str:
-    """Return the label of an axis; per: the unit of time of frequencies."""
+def _axis_label(name: str, per: str, letter: str) -> str:
+    """Return the label of an axis; per: the unit of time of frequencies, letter: their symbol."""
     if name in START_VALUES:
         return LABELS[name]
-    return f"${fraction(name)}$" if "/" in name else f"${fraction(name)}$  (cycles per {per})"
+    return f"${fraction(name, letter)}$" + ("" if "/" in name else f"  (cycles per {per})")
 
 
 def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
@@ -245,23 +247,28 @@ def _one_frequency(found: Any, ax: Any) -> Artists:
     numbers = np.flatnonzero(good)
     calm = found.classification[good] != Classification.IRREGULAR
     points = ax.scatter(numbers, found.nu[0, good], c=np.where(calm, DARK, GREY), s=12.0, linewidths=0)
-    ax.set(xlabel="orbit", ylabel=f"${symbol(f'nu_{found.names[0]}')}$")
+    ax.set(xlabel="orbit", ylabel=f"${fraction(found.names[0], letter_of(found))}$")
     carry(points, numbers, found.nu[0, good], numbers)
     return Artists(points, None, (), (), int(np.count_nonzero(~good)))
 
 
-def fraction(name: str) -> str:
+def fraction(name: str, letter: str = "nu") -> str:
     """Return the symbol of a frequency or of a ratio of two."""
     numerator, slash, denominator = name.partition("/")
-    top = symbol(f"nu_{numerator}")
-    return rf"{top}/{symbol(f'nu_{denominator}')}" if slash else top
+    top = symbol(f"{letter}_{numerator}")
+    return f"{top}/{symbol(f'{letter}_{denominator}')}" if slash else top
+
+
+def letter_of(found: Any) -> str:
+    """Return the letter of frequencies: Q for tunes, in cycles per turn."""
+    return "Q" if in_turns(found) else "nu"
 
 
 def _draw_lines(
-    ax: Any, lines: Sequence[Sequence[int]], x: str, y: str, noted: Sequence[Any] = ()
+    ax: Any, lines: Sequence[Sequence[int]], x: str, y: str, noted: Sequence[Any] = (), letter: str = "nu"
 ) -> tuple[tuple, tuple]:
     """Draw k1 X + k2 Y + k0 = 0 inside the present limits, lowest orders first; label those with room beside the notes
-    on the figure.
+    on the figure. letter: of the frequencies.
     """
     from matplotlib.patheffects import withStroke
 
@@ -293,7 +300,7 @@ def _draw_lines(
             style.update(ls=(0, (4, 2.5)))
             drawn += ax.plot(*inside[[0, -1]].T, **style)
             names = *(name.partition("/")[0] for name in (x, y)), x.partition("/")[2] or TURN
-            slanted.append((inside, formula((k1, k2, k0), names)))
+            slanted.append((inside, formula((k1, k2, k0), names, letter)))
     ax.set(xlim=(x0, x1), ylim=(y0, y1))
     if slanted:
         settled(ax)

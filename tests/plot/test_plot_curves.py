@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 import fastaff as fa
 from fastaff import plot
+from fastaff.frequencies.resonances import equation
 from fastaff.plot.curves import hermite
 
 HH = fa.HenonHeiles()
@@ -186,3 +187,24 @@ def test_families_have_marks_of_their_own_and_counts(ax, oscillators):
     assert families.plot(ax=Figure().subplots(), y="x/y").missing == 2
     with pytest.raises(ValueError, match="x and y must be among energy, angular_momentum, radius"):
         plot.plot_families(families, ax=ax, x="q")
+
+
+# --- resonances and diffusion -----------------------------------------------------------------------------------------
+
+
+def test_resonances_of_tunes_have_one_notation_and_diffusion_one_threshold():
+    """In the table, on the lines and on the axes; a torus, and an orbit whose tune drifts."""
+    n = np.arange(512)
+    turns = np.array([[0.28 * n, 0.28 * n + 2e-5 * n**2], [0.36 * n, 0.36 * n]])
+    circles = 0.3 * np.exp(-2j * np.pi * turns)
+    found = fa.tunes(np.concatenate([circles.real, circles.imag]), coordinates="x y p_x p_y")
+    ax = Figure(layout="constrained").subplots()
+    drawn = found.plot(ax=ax, lines=[(2, -4, 1)], limits=((0.2, 0.4), (0.3, 0.5)))
+    assert [text.get_text() for text in drawn.labels] == ["$2Q_{x}-4Q_{y}=-1$"]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$Q_{x}$", "$Q_{y}$")
+    for k in ((2, -4, 1), (-2, 4, -1)):
+        assert equation(k, ("x", "y", "turn")) == "2 Q_x - 4 Q_y = -1"
+    assert drawn.colorbar.ax.get_ylabel() == r"diffusion  $\log_{10}|\Delta\nu|$"
+    threshold = plot.colouring(found).threshold
+    assert threshold == pytest.approx(np.log10(0.6 / found.window[0]))
+    assert list(found.diffusion > threshold) == [False, True]
