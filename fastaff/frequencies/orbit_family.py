@@ -17,7 +17,7 @@ from ..results.result import Result, along
 from ..runs.integrate import integrate
 from ..runs.requirements import current_system
 from .frequencies import FrequencyMap
-from .own_lines import about_an_axis, by_own_lines, calm, own_lines
+from .own_lines import about_an_axis, by_own_lines, own_lines
 from .resonances import MAX_ORDER, equation, resonances
 
 PERIODS = 100.0
@@ -43,6 +43,9 @@ ROUNDING = 1e-9
 
 ACCIDENTAL = 0.05
 """Expected number of resonances by accident from which an orbit is undecided."""
+
+SHARP = 0.01
+"""Error of lines, in cycles over the time, below which an orbit that is else undecided is trapped in a resonance."""
 
 ACCURACY = 1e-6
 """Relative error of the orbits whose turns are counted."""
@@ -227,6 +230,8 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
       commensurable if they are within their errors.
     - Loops: two coordinates have one frequency, and the orbit makes one turn about the centre per period. Turns are
       counted over 100 to 200 periods.
+    - UNDECIDED orbits of the map with sharp, commensurable lines are trapped in a resonance. Chaos that is slower than the
+      run is not detected.
     - If the model is not known, no orbit is a loop. It is not known for parts of a result and for samples.
     - Cost: one integration of the orbits with two equal lines.
 
@@ -264,8 +269,10 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
     family[fine & (found.classification == Classification.IRREGULAR)] = OrbitFamily.IRREGULAR
     sharp = regular & (lines.status == Status.OK) & (lines.accidental < ACCIDENTAL)
     family[sharp & ~commensurable] = OrbitFamily.BOX
-    # An orbit that a resonance has trapped swings slowly: its other frequency is undecided, its lines are sharp.
-    locked = fine & calm(found) & (lines.status == Status.OK) & (lines.accidental < ACCIDENTAL) & commensurable
+    # An orbit that a resonance has trapped librates slowly: its other frequency is undecided, its lines are sharp.
+    lined = np.isfinite(own).all(axis=0) & (error * found.time < SHARP).all(axis=0)
+    lined &= found.classification == Classification.UNDECIDED
+    locked = fine & (regular | lined) & (lines.status == Status.OK) & (lines.accidental < ACCIDENTAL) & commensurable
     family[locked] = OrbitFamily.RESONANT
     family[regular & (found.basis.any(axis=1) == 0).any(axis=0)] = OrbitFamily.UNDECIDED
     family[regular & (np.nan_to_num(own) == 0).any(axis=0)] = OrbitFamily.AXIAL
