@@ -230,8 +230,8 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
       commensurable if they are within their errors.
     - Loops: two coordinates have one frequency, and the orbit makes one turn about the centre per period. Turns are
       counted over 100 to 200 periods.
-    - UNDECIDED orbits of the map with sharp, commensurable lines are trapped in a resonance. Chaos that is slower than the
-      run is not detected.
+    - UNDECIDED orbits of the map with sharp, commensurable lines are trapped in a resonance. Chaos that is slower than
+      the run is not detected.
     - If the model is not known, no orbit is a loop. It is not known for parts of a result and for samples.
     - Cost: one integration of the orbits with two equal lines.
 
