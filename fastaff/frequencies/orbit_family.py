@@ -243,7 +243,7 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
 
     Examples
     --------
-    >>> galaxy = fa.hamiltonian("log(0.02 + x**2 + y**2/0.5)/2")
+    >>> galaxy = fa.hamiltonian("log(0.02 + x**2 + y**2/0.8)/2")
     >>> found = fa.frequency_map(galaxy, [[0.5, 0.6], [0.0, 0.0], [0.0, 0.8], [0.9, 0.1]], time=300.0)
     >>> fa.frequencies.orbit_families(found).table()
     [('box', 1), ('loop +', 1)]

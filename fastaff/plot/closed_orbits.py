@@ -88,7 +88,7 @@ def plot_closed_orbits(
 
     Examples
     --------
-    >>> orbit = fa.periodic_orbits(fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, max_time=20.0)
+    >>> orbit = fa.periodic_orbits(fa.HenonHeiles(), [0.0, 0.3, 0.4, 0.0], section="x=0", energy=0.1, max_time=20.0)
     >>> curve = fa.plot.plot_closed_orbits(orbit).points[0].get_xydata()
     >>> bool(abs(curve[-1] - curve[0]).max() < 1e-8)
     True

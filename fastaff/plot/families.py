@@ -69,7 +69,7 @@ def plot_families(
 
     Examples
     --------
-    >>> galaxy = fa.hamiltonian("log(0.02 + x**2 + y**2/0.5)/2")
+    >>> galaxy = fa.hamiltonian("log(0.02 + x**2 + y**2/0.8)/2")
     >>> found = fa.frequency_map(galaxy, [[0.5, 0.6], [0.0, 0.0], [0.0, 0.8], [0.9, 0.1]], time=300.0)
     >>> drawn = fa.plot.plot_families(fa.frequencies.orbit_families(found))
     >>> drawn.missing, len(drawn.points)
