@@ -147,6 +147,7 @@ def result(name):
         "levels": lambda: fa.quantum.spectrum(HARMONIC, m=0, l=0, count=2),
         "multiplets": lambda: fa.quantum.exact_levels(HARMONIC, multiplets=4).multiplets(),
         "resonances": lambda: fa.resonances(frequencies(), max_order=4, threads=1),
+        "families": lambda: fa.frequencies.orbit_families(fa.frequency_map(HH, Z4, time=20.0, **FIXED)),
         "fit": lambda: fa.fit_torus(HH, Z4[:, 0], time=60.0, step=0.1),
         "scan": lambda: fa.chaotic_fraction(own_case, ([1.0],), **REAL_TIME),
         "orbits": lambda: fa.periodic_orbits(HH, CLOSED, section=X, energy=0.1, max_time=20.0, **FIXED),
@@ -359,6 +360,10 @@ CALLS = {
     "number_packet": (fa.quantum.number_packet, {"model": HARMONIC, "n": (3, 2), **Q, "width": (1.0, 0.0)}),
     "number_variance": (fa.quantum.number_variance, {"unfolded": LEVELS, "lengths": [1.0, 2.0]}),
     "univariate": (fa.univariate, {"value": square, "slope": double}),
+    "orbit_families": (
+        fa.frequencies.orbit_families,
+        {"frequency_map": lambda: fa.frequency_map(HH, Z4, time=20.0, **FIXED), "max_order": 4, "threads": 1},
+    ),
     "orbit_frequencies": (fa.orbit_frequencies, {"samples": SLOW, "dt": 0.1}),
     "periodic_guesses": (fa.periodic.periodic_guesses, {"section_map": lambda: result("guessable"), "crossings": 1}),
     "periodic_orbits": (
@@ -418,6 +423,7 @@ CALLS = {
     "Packet.planes": (method("packet", "planes"), {"planes": [1.0, 0.5, 0.1, 0.2]}),
     "PeriodicOrbits.take": (method("orbits", "take"), {"items": [0]}),
     "SectionMap.take": (method("cut", "take"), {"items": [0]}),
+    "OrbitFamilies.label": (method("families", "label"), {"orbit": 0}),
     "Resonances.label": (method("resonances", "label"), {"orbit": 0}),
     "SectionMap.coordinates": (method("cut", "coordinates"), {"chart": fa.charts.ALPHA_BETA}),
     "State.amplitude": (method("state", "amplitude"), {"x": [1.0], "y": [0.5]}),
@@ -447,7 +453,18 @@ and the one that silences calls.
 CONTAINERS = {
     *("Bifurcation", "Branch", "ChaosMap", "ChaoticFraction", "EnergyOfActions", "FrequencyMap", "EnergyGrid"),
     *("Husimi", "Islands", "LevelDiagram", "LevelTable", "FrequencyLines", "MeanRatio", "Multiplets"),
-    *("Orbits", "Packet", "PeriodicOrbits", "Quantizations", "Resonances", "Revivals", "Rotation", "EnergySample"),
+    *(
+        "OrbitFamilies",
+        "OrbitFamily",
+        "Orbits",
+        "Packet",
+        "PeriodicOrbits",
+        "Quantizations",
+        "Resonances",
+        "Revivals",
+        "Rotation",
+        "EnergySample",
+    ),
     *("SectionMap", "SpacingFit", "State", "TangentMap", "TimeScales", "VibrationHusimi", "VibrationState"),
     *(
         "ActionAngles",

@@ -85,7 +85,7 @@ PAGES: dict[str, Page] = {
         {
             "": "frequency_map orbit_frequencies tunes TuneAccumulator naff resonances resonance_web",
             "frequencies": "FrequencyMap AngleLines Tunes TuneSums FrequencyLines "
-            "Resonances ResonanceLine diffusion_histogram ratio_web",
+            "Resonances ResonanceLine OrbitFamilies OrbitFamily diffusion_histogram orbit_families ratio_web",
         },
     ),
     "chaos": Page(

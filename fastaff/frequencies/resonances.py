@@ -33,7 +33,7 @@ from ..engine.threads import checked_threads
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from .kernels.resonance import relations
-from .own_lines import with_turn
+from .own_lines import TURN, with_turn
 
 SHOWN = 12
 """Resonances that are printed by name."""
@@ -161,11 +161,21 @@ class Resonances(Result):
         return describe(self.status, {words: self.rank == rank for rank, words in said.items()})
 
 
+def relation(k: Sequence[int], names: Sequence[str]) -> tuple[list[tuple[int, str]], int, str]:
+    """Return the terms (k_i, name) of k . nu = 0, the first of them positive, the number on the other side, and the
+    letter of the frequencies: Q for tunes, which are related to the turn.
+    """
+    terms = [(int(c), name) for c, name in zip(k, names, strict=True) if c and name != TURN]
+    turns = sum(int(c) for c, name in zip(k, names, strict=True) if name == TURN)
+    sign = -1 if terms and terms[0][0] < 0 else 1
+    return [(sign * c, name) for c, name in terms], -sign * turns, "Q" if TURN in names else "nu"
+
+
 def equation(k: Sequence[int], names: Sequence[str]) -> str:
-    """Return k . nu = 0 as text: `nu_alpha - 2 nu_phi = 0`."""
-    terms = [(int(c), name) for c, name in zip(k, names, strict=True) if c]
-    text = " ".join(f"{'-' if c < 0 else '+'} {f'{abs(c)} ' if abs(c) > 1 else ''}nu_{name}" for c, name in terms)
-    return text.removeprefix("+ ") + " = 0"
+    """Return k . nu = 0 as text: `nu_alpha - 2 nu_phi = 0`; of tunes `2 Q_x - Q_y = 1`."""
+    terms, right, letter = relation(k, names)
+    text = " ".join(f"{'-' if c < 0 else '+'} {f'{abs(c)} ' if abs(c) > 1 else ''}{letter}_{name}" for c, name in terms)
+    return f"{text.removeprefix('+ ') or 0} = {right}"
 
 
 @functools.lru_cache(maxsize=16)

@@ -9,7 +9,9 @@ from .animation import animate, save_animation
 from .aperture import plot_aperture
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
+from .closed_orbits import plot_closed_orbits
 from .density import Density, count_points
+from .families import plot_families
 from .figures import FIGURES
 from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
@@ -50,12 +52,14 @@ __all__ = [
     "plot_bifurcation",
     "plot_chaos_map",
     "plot_chaotic_fraction",
+    "plot_closed_orbits",
     "plot_degeneracies",
     "plot_density",
     "plot_diffusion_grid",
     "plot_diffusion_histogram",
     "plot_edge",
     "plot_energy_of_actions",
+    "plot_families",
     "plot_frequency_lines",
     "plot_frequency_map",
     "plot_history",

@@ -1,5 +1,5 @@
-"""Animations: the body itself, a deforming ellipse with material lines, points of plane systems in their wells, and
-linkages of rods.
+"""Animations: the body itself, a deforming ellipse with material lines, points of plane systems in their wells,
+linkages of rods, and several bodies in a plane.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from ..sections.energy_shell import Momenta
 from ..systems.charts import CARTESIAN
 from ..systems.models.contracts import SeparableModel
 from ..systems.models.mechanics import System
+from .curves import BODY, planes_of
 from .sections import words
-from .style import ACCENT, DARK, GREY, PALE, styled, symbol
+from .style import ACCENT, DARK, GREY, LINES, PALE, styled, symbol
 
 ENDINGS = (".gif", ".mp4")
 SPOKES = 8
@@ -75,13 +76,14 @@ def animate(
     titles: Sequence[str] | None = None,
     threads: int | None = None,
 ) -> Animation:
-    """Animate a motion: a body as an ellipse, two coordinates as a point, a pendulum as its rods.
+    """Animate a motion: a body as an ellipse, two coordinates as a point, a pendulum as its rods, several bodies.
 
     Parameters
     ----------
     model : model
-        Body with phase points of 8 rows, or model of two degrees of freedom. A model with a method ``joints(q1, q2)``,
-        which returns x and y of the ends of rods, is drawn as rods, for example `DoublePendulum`.
+        Body with phase points of 8 rows, model of two degrees of freedom, or bodies with coordinates x1, y1, x2, y2,
+        ... A model with a method ``joints(q1, q2)``, which returns x and y of the ends of rods, is drawn as rods, for
+        example `DoublePendulum`.
     z0 : array_like, shape (2n,) or (2n, motions)
         Initial conditions. Each motion has a panel.
     time : float
@@ -112,6 +114,7 @@ def animate(
     -----
     - A body is drawn as the ellipse of the unit circle of its material, with material lines. One line in another colour
       shows the rotation and its end leaves a trace. The stretches D1 and D2 are drawn against time below.
+    - Several bodies have a colour each and leave traces.
     - A point moves over lines of equal potential. For nonseparable H(q, p) they are lines of the least energy over p.
     - An orbit that escapes stays at its last place.
     - Cost: one integration, and 0.05 s per frame that is written.
@@ -133,8 +136,13 @@ def animate(
     rows = np.shape(z0)[0] if np.ndim(z0) else 0
     fine = 1 if rows == 8 else FINE  # a trace is a curve
     run = integrate(model, z0, time=time, samples=fine * (frames - 1), accuracy=accuracy, threads=threads)
-    if rows not in (4, 8) or (rows == 8 and tuple(run.names[:4]) != ("a1", "a2", "b1", "b2")):
-        raise ValueError(f"model must be a body in the planes a and b or have two coordinates, got {len(run.z) // 2}")
+    affine = rows == 8 and tuple(run.names[:4]) == BODY
+    several = planes_of(tuple(run.names)) if len(planes_of(tuple(run.names))) > 1 else []
+    if not (affine or several or rows == 4):
+        raise ValueError(
+            "model must be a body in the planes a and b, have two coordinates, or bodies x1, y1, x2, y2, ..., got "
+            f"{len(run.z) // 2} coordinates"
+        )
     start = np.asarray(z0, float).reshape(rows, -1)
     states = np.concatenate([start[None], run.samples.reshape(fine * (frames - 1), rows, -1)])
     status = np.atleast_1d(run.status)
@@ -146,7 +154,7 @@ def animate(
     heads = [""] * motions if titles is None else list(titles)
     heads = [_head(title, code) for title, code in zip(heads, status, strict=True)]
     with styled():
-        kind = _bodies if rows == 8 else _linkages if hasattr(model, "joints") else _points
+        kind = _bodies if affine else _several if several else _linkages if hasattr(model, "joints") else _points
         figure, panels = kind(current_system(model), states, times, heads, run.names)
 
     def draw(k: int) -> None:
@@ -299,11 +307,13 @@ def _linkage(ax: Any, places: np.ndarray) -> Callable[[int], None]:
     return draw
 
 
-def _point(ax: Any, path: np.ndarray) -> Callable[[int], None]:
-    """Draw one point with its trace; return the function that sets it to a frame."""
+def _point(
+    ax: Any, path: np.ndarray, ink: str = DARK, fill: str = ACCENT, label: str | None = None
+) -> Callable[[int], None]:
+    """Draw one point (frames, 2) with its trace; return the function that sets it to a frame."""
     (whole_way,) = ax.plot([], [], color=PALE, lw=0.6, alpha=0.7)
-    (trace,) = ax.plot([], [], color=DARK, lw=1.3)
-    (point,) = ax.plot([], [], "o", color=ACCENT, ms=7, zorder=4)
+    (trace,) = ax.plot([], [], color=ink, lw=1.3)
+    (point,) = ax.plot([], [], "o", color=fill, ms=7, zorder=4, label=label)
 
     def draw(k: int) -> None:
         whole_way.set_data(*path[: k + 1].T)
@@ -311,6 +321,28 @@ def _point(ax: Any, path: np.ndarray) -> Callable[[int], None]:
         point.set_data(*path[k : k + 1].T)
 
     return draw
+
+
+def _several(system: System, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
+    """Return a figure of bodies x1, y1, x2, y2, ... with their traces, and the functions that draw its frames."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(4.4 * len(heads), 4.4), dpi=100, layout="constrained")
+    axes = figure.subplots(1, len(heads), squeeze=False)[0]
+    rows = [[names.index(name) for name in pair] for pair in planes_of(tuple(names))]
+    paths = states[:, rows]  # (frames, bodies, 2, motions)
+    low, high = paths.min(axis=(0, 1, 3)), paths.max(axis=(0, 1, 3))
+    half = 0.55 * float((high - low).max()) or 1.0
+    panels = []
+    for k, ax in enumerate(axes):
+        middle = 0.5 * (low + high)
+        ends = {f"{axis}lim": (c - half, c + half) for axis, c in zip("xy", middle, strict=True)}
+        ax.set(title=heads[k], aspect="equal", xlabel="$x$", ylabel="$y$", **ends)
+        for body, name in enumerate(pair[0][1:] for pair in planes_of(tuple(names))):
+            colour, _ = LINES[body % len(LINES)]
+            panels.append(_point(ax, paths[:, body, :, k], colour, colour, f"body {name}"))
+        ax.legend(loc="upper right")
+    return figure, panels
 
 
 def _frames(animation: Animation, callback: Any) -> Iterator[None]:

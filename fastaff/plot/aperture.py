@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,14 @@ from ..runs.starts import ordered
 from .picking import carry
 from .style import ACCENT, Artists, beyond, colour_map, figure, symbol
 
-FAR = 4.0
-"""Starts beyond so many times the largest amplitude of the aperture, all lost, lie outside of the frame."""
+FAR = 1.6
+"""Initial conditions beyond so many times the largest amplitude of the aperture, all lost, lie outside of the frame."""
+
+DIRECTIONS = 181
+"""Directions in which the aperture of a grid is measured."""
+
+FINE = 2000
+"""Places that are tried in each of them."""
 
 BINS = 15
 """Bins of the angle if the starts have too many angles of their own."""
@@ -33,7 +39,7 @@ def plot_aperture(
         Result with ``t`` and ``status`` of shape (orbits,), for example of `integrate` or `frequency_map` for a map, or
         of `tunes`.
     z0 : array_like, shape (2n, orbits), EnergyGrid or EnergySample
-        Initial conditions of the orbits. A grid of x and y is drawn over x and y.
+        Initial conditions of the orbits. A grid of x and y is drawn over x and y, others over angle and amplitude.
     {ax}
     x, y : int, default 0 and 1
         Rows of `z0` with r cos a and r sin a, for amplitude r and angle a.
@@ -44,17 +50,23 @@ def plot_aperture(
     Returns
     -------
     Artists
-        ``points`` are the initial conditions and ``lines`` the aperture: at each angle, the largest amplitude up to
-        which all orbits survived. If no orbit is lost at an angle, a mark means "at least". ``labels`` has the least,
-        mean and largest aperture; ``missing`` is 0. A click picks the orbit. A note has the number of initial
-        conditions far beyond the aperture, outside of the frame.
+        ``points`` are the initial conditions. ``lines`` are the outline, and a mark at the least aperture, or marks of
+        angles without a loss. ``labels`` has the least, mean and largest aperture; ``missing`` is 0. A click picks the
+        orbit. A note has the number of initial conditions far beyond the aperture, outside of the frame.
+
+    Notes
+    -----
+    - A grid of x and y: the outline encloses the cells of surviving orbits that are connected with the centre. The
+      aperture in a direction is the distance from the centre to this outline.
+    - Other initial conditions: at each angle, the aperture is the largest amplitude up to which all orbits survived.
+    - If no orbit is lost in a direction, the aperture is at least that large.
 
     Examples
     --------
     >>> starts = np.array([[0.1, 0.2, 2.0], [0.0, 0.0, 0.0]])
     >>> turns = fa.integrate(fa.models.HenonMap(), starts, time=100)
     >>> [text.get_text() for text in fa.plot.plot_aperture(turns, starts).labels]
-    ['aperture 0.2 to 0.2, mean 0.2']
+    ['dynamic aperture: least 0.2, mean 0.2, largest 0.2']
     """
     z0 = numbers("z0", ordered("z0", getattr(z0, "z0", z0), lambda: [tuple(result.names)]))
     if z0.ndim != 2 or z0.shape[1:] != np.shape(result.t):
@@ -73,25 +85,32 @@ def plot_aperture(
     at = (across, up) if plane else (angle, radius)
     points = ax.scatter(*at, c=shown, s=14, linewidths=0, rasterized=True, **how)
     carry(points, *at, np.arange(angle.size))
-    middles, aperture, least = _aperture(angle, radius, lost, bins)
-    turned = np.radians(middles)
-    if plane:  # no further than the starts in that direction
-        with np.errstate(divide="ignore"):
-            ends = np.where(np.cos(turned) > 0, across.max(), across.min()) / np.cos(turned)
-            ends = np.minimum(ends, np.where(np.sin(turned) > 0, up.max(), up.min()) / np.sin(turned))
-        aperture = np.minimum(aperture, ends)
-    edge = np.array([aperture * np.cos(turned), aperture * np.sin(turned)] if plane else [middles, aperture])
-    (curve,) = ax.plot(*edge, color=ACCENT, lw=1.6, marker="o", ms=3, label="dynamic aperture")
-    (open_,) = ax.plot(*edge[:, least], ls="", marker="^", ms=7, color=ACCENT)
+    if plane:
+        outline = _outline(across, up, lost)
+        turned, aperture, least = outline.apertures(angle[radius > 0])
+        (curve,) = ax.plot(*outline.edges(), color=ACCENT, lw=1.6, label="edge of the surviving set")
+        marked = [] if least.all() else [int(np.where(least, np.inf, aperture).argmin())]
+        spot = {"marker": "*", "ms": 11, "mec": "white", "label": "least aperture"}
+        at_spot = np.array([aperture * np.cos(turned), aperture * np.sin(turned)])[:, marked]
+    else:
+        middles, aperture, least = _aperture(angle, radius, lost, bins)
+        (curve,) = ax.plot(middles, aperture, color=ACCENT, lw=1.6, marker="o", ms=3, label="dynamic aperture")
+        spot = {"marker": "^", "ms": 7, "label": "at least"}
+        at_spot = np.array([middles, aperture])[:, least]
+    (open_,) = ax.plot(*at_spot, ls="", color=ACCENT, **spot)
     known = aperture[np.isfinite(aperture)]
-    said = f"aperture {known.min():.3g} to {known.max():.3g}, mean {known.mean():.3g}" if known.size else "no aperture"
-    text = ax.set_title(said + (", ▲ at least" if least.any() else ""), fontsize=9, loc="left")
+    said = "no aperture"
+    if known.size:
+        said = f"dynamic aperture: least {known.min():.3g}, mean {known.mean():.3g}, largest {known.max():.3g}"
+    text = ax.set_title(said + (" (at least)" if least.any() else ""), fontsize=9, loc="left")
+    if plane or least.any():
+        ax.legend(handles=[curve, open_] if at_spot.size else [curve], loc="upper right")
     if plane:
         names = getattr(result, "names", ())
         xlabel, ylabel = (f"${symbol(names[k])}$" if k < len(names) else f"row {k}" for k in rows)
-        ax.set(xlabel=f"{xlabel} of the start", ylabel=f"{ylabel} of the start")
+        ax.set(xlabel=f"initial {xlabel}", ylabel=f"initial {ylabel}")
     else:
-        ax.set(xlabel="angle of the start  (degrees)", ylabel="amplitude of the start", ylim=(0.0, None))
+        ax.set(xlabel="initial angle  (degrees)", ylabel="initial amplitude", ylim=(0.0, None))
     _near(ax, at if plane else at[1:], FAR * np.max(known, initial=0.0))
     unit = "turns" if getattr(result, "scheme", None) is None or repr(result.scheme) == "ITERATION" else "time"
     bar = ax.figure.colorbar(points, ax=ax, label=f"{unit} survived") if colorbar else None
@@ -103,10 +122,82 @@ def _near(ax: Any, rows: tuple[np.ndarray, ...], reach: float) -> None:
     far = np.max(np.abs(rows), axis=0) > reach
     if not reach or not far.any():
         return
-    for axis in "yx"[: len(rows)]:
+    for axis, row in zip("xy" if len(rows) == 2 else "y", rows, strict=True):
         low, high = getattr(ax, f"get_{axis}lim")()
-        ax.set(**{f"{axis}lim": (max(low, -1.05 * reach), min(high, 1.05 * reach))})
-    beyond(ax, f"{np.count_nonzero(far)} of {far.size} starts beyond the axes")
+        low = max(low, -1.05 * reach, float(row.min()) - 0.05 * reach)
+        ax.set(**{f"{axis}lim": (low, min(high, 1.05 * reach))})
+    beyond(ax, f"{np.count_nonzero(far)} of {far.size} initial conditions beyond the axes")
+
+
+class Outline(NamedTuple):
+    """Cells of a grid that belong to the surviving set: borders of columns and rows, and a mask (rows, columns)."""
+
+    across: np.ndarray
+    up: np.ndarray
+    inside: np.ndarray
+
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the sides between cells inside and others as one curve with gaps; those on the centre's side of a grid
+        that begins there are left out.
+        """
+        mask = np.pad(self.inside, 1)
+        pieces = []
+        for row, column in np.argwhere(mask[1:-1, 1:] != mask[1:-1, :-1]):
+            pieces.append([(self.across[column], self.up[row]), (self.across[column], self.up[row + 1])])
+        for row, column in np.argwhere(mask[1:, 1:-1] != mask[:-1, 1:-1]):
+            pieces.append([(self.across[column], self.up[row]), (self.across[column + 1], self.up[row])])
+        points = np.array(pieces, dtype=float).reshape(-1, 2, 2)
+        begins = [(self.across[0], 0), (self.up[0], 1)]  # an axis, not a loss
+        for border, axis in begins:
+            points = points[~((points[:, :, axis] == border).all(axis=1) & (abs(border) <= self._centre(axis)))]
+        gaps = np.full((len(points), 1, 2), np.nan)
+        return tuple(np.concatenate([points, gaps], axis=1).reshape(-1, 2).T)  # type: ignore[return-value]
+
+    def _centre(self, axis: int) -> float:
+        """Return the width of the first column or row: a grid whose border is as near to 0 begins at the centre."""
+        borders = (self.across, self.up)[axis]
+        return float(borders[1] - borders[0])
+
+    def apertures(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return directions in radians within a range of angles in degrees, the distance to the outline in each, and a
+        mask of those that leave the grid before.
+        """
+        turned = np.radians(np.linspace(angles.min(), angles.max(), DIRECTIONS))
+        corners = np.hypot(np.abs(self.across).max(), np.abs(self.up).max())
+        away = np.linspace(0.0, corners, FINE)
+        column = np.searchsorted(self.across, away * np.cos(turned)[:, None], side="right") - 1
+        row = np.searchsorted(self.up, away * np.sin(turned)[:, None], side="right") - 1
+        within = (column >= 0) & (column < self.inside.shape[1]) & (row >= 0) & (row < self.inside.shape[0])
+        kept = within & self.inside[np.clip(row, 0, len(self.inside) - 1), np.clip(column, 0, len(self.inside[0]) - 1)]
+        first = np.where(kept.all(axis=1), FINE - 1, (~kept).argmax(axis=1))
+        return turned, away[first], ~np.take_along_axis(within, first[:, None], axis=1)[:, 0]
+
+
+def _outline(across: np.ndarray, up: np.ndarray, lost: np.ndarray) -> Outline:
+    """Return the surviving cells of a grid, by its places and a mask of lost orbits, that are connected with the one
+    nearest the centre.
+    """
+    from scipy.ndimage import label
+
+    columns, column = np.unique(across, return_inverse=True)
+    rows, row = np.unique(up, return_inverse=True)
+    kept = np.zeros((rows.size, columns.size), bool)
+    kept[row, column] = ~lost
+    pieces, _ = label(kept)
+    nearest = int(np.hypot(across, up).argmin())
+    own = pieces[row[nearest], column[nearest]]
+    return Outline(_borders(columns), _borders(rows), (pieces == own) & (own > 0))
+
+
+def _borders(places: np.ndarray) -> np.ndarray:
+    """Return the borders of the cells around places in order; a grid that begins at the centre, or next to it, has a
+    border there.
+    """
+    middles = 0.5 * (places[1:] + places[:-1])
+    first, last = 1.5 * places[0] - 0.5 * places[1], 1.5 * places[-1] - 0.5 * places[-2]
+    if places[0] >= 0:
+        first = min(first, -1e-9 * places[-1])
+    return np.concatenate([[first], middles, [last]])
 
 
 def _aperture(

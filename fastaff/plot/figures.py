@@ -13,6 +13,7 @@ from ..core.numbers import shown
 from ..frequencies.angle_lines import AngleLines
 from ..frequencies.frequencies import FrequencyMap
 from ..frequencies.naff import FrequencyLines
+from ..frequencies.orbit_family import OrbitFamilies
 from ..frequencies.resonance_web import ResonanceLine
 from ..frequencies.resonances import DiffusionHistogram, Resonances
 from ..frequencies.tune_accumulator import TuneAccumulator, TuneSums
@@ -38,6 +39,8 @@ from ..tori.inverse_tori import EnergyOfActions
 from ..tori.torus import TorusFit
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction
+from .closed_orbits import has_curves, plot_closed_orbits
+from .families import plot_families
 from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
 from .orbits import plot_orbits, plot_tangent_map
@@ -94,6 +97,11 @@ def _over(draw: Callable) -> Callable:
     return figure
 
 
+def _periodic(orbits: PeriodicOrbits, **options: Any) -> Any:
+    """Draw periodic orbits as closed curves; those of a map, or of a model that is not known, as marks."""
+    return (plot_closed_orbits if has_curves(orbits) else plot_periodic)(orbits, **options)
+
+
 def _cases(cases: FoundCases, **options: Any) -> Any:
     return plot_chaotic_fraction(cases.assembled(tuple(np.unique(row) for row in cases.values)), **options)
 
@@ -123,8 +131,9 @@ FIGURES: dict[type, Callable] = {
     LevelDiagram: plot_levels,
     LevelTable: plot_spectrum,
     Multiplets: plot_degeneracies,
+    OrbitFamilies: plot_families,
     Orbits: plot_orbits,
-    PeriodicOrbits: plot_periodic,
+    PeriodicOrbits: _periodic,
     ResonanceLine: lambda line, *others, **options: plot_web([line, *others], **options),
     Resonances: plot_resonances,
     Rotation: plot_rotation,

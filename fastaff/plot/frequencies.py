@@ -12,7 +12,8 @@ from ..core.docstrings import inserts_parameters
 from ..core.numbers import entries, reals
 from ..core.status import Status
 from ..frequencies.frequencies import FrequencyMap
-from ..frequencies.own_lines import TURN, by_own_lines, in_time
+from ..frequencies.orbit_family import START_VALUES, start_values
+from ..frequencies.own_lines import TURN, by_own_lines, in_time, in_turns
 from ..frequencies.tunes import Tunes
 from ..runs.schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
@@ -23,6 +24,13 @@ from .resonances import formula
 from .scales import colouring, colours_of, orbit_colours
 from .sections import why
 from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol
+
+LABELS = {
+    "energy": "energy $E$",
+    "angular_momentum": "angular momentum $L$ of the initial condition",
+    "radius": "radius $r$ of the initial condition",
+}
+"""Names of the axes with values of initial conditions."""
 
 FEW = 20
 """Fewest orbits of which some may be left out of the frame as far away."""
@@ -56,8 +64,10 @@ def plot_frequency_map(
         Frequencies of the orbits.
     {ax}
     x, y : str, optional
-        Frequencies or ratios such as ``"beta/alpha"``. Default: for a body, second row and gamma to the first row; for
-        other flows of three or more coordinates, the first two rows to the third; else the two rows.
+        Frequencies or ratios such as ``"beta/alpha"``, or ``"energy"``, ``"angular_momentum"`` or ``"radius"`` of the
+        initial conditions, which are known for a result of `frequency_map`. Default: for a body, second row and gamma
+        to the first row; for other flows of three or more coordinates, the first two rows to the third; else the two
+        rows.
     frequencies : array_like, shape (n, orbits), optional
         Frequencies to draw, for example ``freq.nu`` or ``freq.dominant``. Default: the frequencies of `frequency`.
     values : array_like, shape (orbits,), str or Colouring, optional
@@ -97,8 +107,7 @@ def plot_frequency_map(
     if len(frequency_map.names) == 1:
         return _one_frequency(frequency_map, ax)
     x, y = _plane(frequency_map, x, y)
-    X = frequency(frequency_map, x, frequencies)
-    Y = frequency(frequency_map, y, frequencies)
+    X, Y = (_axis(frequency_map, name, frequencies) for name in (x, y))
     values = colouring(frequency_map) if values is None else values
     values = orbit_colours(frequency_map, values, X.size, norm, vmin, vmax, label)
     c = values.values
@@ -111,16 +120,21 @@ def plot_frequency_map(
     carry(points, X[order], Y[order], order)
     calm = frequency_map.regular[order]
     calm = calm if np.count_nonzero(calm) >= FEW else np.ones(order.shape, bool)
-    notes = _frame(ax, X[order], Y[order], calm, limits) + _other_basis(frequency_map, frequencies, good)
+    notes = in_frame(ax, X[order], Y[order], calm, limits) + _other_basis(frequency_map, frequencies, good)
+    gone = ~good if shown is None else ~good & np.asarray(shown)
+    if order.size and gone.any():
+        notes.append(f"{np.count_nonzero(gone)} of {good.size} orbits not drawn: {why(frequency_map.status, gone)}")
     noted = [beyond(ax, "\n".join(notes))] if notes else []
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
-    unit = "" if "/" in x else f"  (cycles per {per})"
-    ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
+    letter = letter_of(frequency_map)
+    ax.set(xlabel=_axis_label(x, per, letter), ylabel=_axis_label(y, per, letter))
     bar = colour_bar(ax, points, values._replace(values=c[good])) if colorbar else None
     if not order.size:
         nothing(ax, why(frequency_map.status, ~good) if good.size else "")
     chosen = lines_of(lines, x, y, (ax.get_xlim(), ax.get_ylim()), turns=not in_time(frequency_map))
-    drawn, labels = _draw_lines(ax, chosen, x, y, noted)
+    if chosen and {x, y} & set(START_VALUES):
+        raise ValueError(f"lines must be empty if an axis is no frequency, got x={x!r} and y={y!r}")
+    drawn, labels = _draw_lines(ax, chosen, x, y, noted, letter)
     return Artists(points, bar, drawn, labels, int(np.count_nonzero(~good)))
 
 
@@ -150,11 +164,12 @@ def plot_tunes(tunes: Tunes, *, ax: Any = None, values: Any = None, **options: A
     >>> fa.plot.plot_tunes(fa.tunes([2 * np.cos(turn), -np.sin(turn)])).missing
     0
     """
-    values = tunes.diffusion if values is None else values
+    if values is None and tunes.diffusion.size:
+        values = colouring(tunes)
     if len(tunes.names) > 1:
-        found = plot_frequency_map(tunes, ax=ax, values=values, **{"label": "$\\log_{10}$ change of tunes", **options})
+        found = plot_frequency_map(tunes, ax=ax, values=values, **options)
         x, y = (options.get(axis) or tunes.names[k] for k, axis in enumerate("xy"))
-        ax.set(xlabel=f"${_fraction(x)}$", ylabel=f"${_fraction(y)}$")
+        ax.set(xlabel=f"${fraction(x, 'Q')}$", ylabel=f"${fraction(y, 'Q')}$")
         return found
     return _one_frequency(tunes, ax)
 
@@ -162,6 +177,8 @@ def plot_tunes(tunes: Tunes, *, ax: Any = None, values: Any = None, **options: A
 def _plane(found: Any, x: str | None, y: str | None) -> tuple[str, str]:
     """Return the names of the two frequencies or ratios to draw; by default those that tell its orbits apart."""
     names = found.names
+    if x in START_VALUES and y is None:
+        return str(x), f"{names[1]}/{names[0]}"
     if getattr(found, "nu_eta", None) is not None:
         return x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
     usual = tuple(names)
@@ -173,6 +190,18 @@ def _plane(found: Any, x: str | None, y: str | None) -> tuple[str, str]:
     return x or other, y or other
 
 
+def _axis(found: Any, name: str, frequencies: Any) -> np.ndarray:
+    """Return the values (orbits,) on an axis: of initial conditions, a frequency or a ratio."""
+    return start_values(found)[name] if name in START_VALUES else frequency(found, name, frequencies)
+
+
+def _axis_label(name: str, per: str, letter: str) -> str:
+    """Return the label of an axis; per: the unit of time of frequencies, letter: their symbol."""
+    if name in START_VALUES:
+        return LABELS[name]
+    return f"${fraction(name, letter)}$" + ("" if "/" in name else f"  (cycles per {per})")
+
+
 def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
     """Return the note on the number of regular orbits drawn by other frequencies than the dominant lines."""
     if not by_own_lines(found):
@@ -182,7 +211,7 @@ def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
     return [f"{many} of {np.count_nonzero(good)} orbits by another basis"] if many else []
 
 
-def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, calm: np.ndarray, limits: tuple | None) -> list[str]:
+def in_frame(ax: Any, X: np.ndarray, Y: np.ndarray, calm: np.ndarray, limits: tuple | None) -> list[str]:
     """Set the frame, by default around all orbits but a few that lie far off, and those that are not `calm`; return the
     note with their number.
     """
@@ -218,22 +247,28 @@ def _one_frequency(found: Any, ax: Any) -> Artists:
     numbers = np.flatnonzero(good)
     calm = found.classification[good] != Classification.IRREGULAR
     points = ax.scatter(numbers, found.nu[0, good], c=np.where(calm, DARK, GREY), s=12.0, linewidths=0)
-    ax.set(xlabel="orbit", ylabel=f"${symbol(f'nu_{found.names[0]}')}$")
+    ax.set(xlabel="orbit", ylabel=f"${fraction(found.names[0], letter_of(found))}$")
     carry(points, numbers, found.nu[0, good], numbers)
     return Artists(points, None, (), (), int(np.count_nonzero(~good)))
 
 
-def _fraction(name: str) -> str:
+def fraction(name: str, letter: str = "nu") -> str:
+    """Return the symbol of a frequency or of a ratio of two."""
     numerator, slash, denominator = name.partition("/")
-    top = symbol(f"nu_{numerator}")
-    return rf"{top}/{symbol(f'nu_{denominator}')}" if slash else top
+    top = symbol(f"{letter}_{numerator}")
+    return f"{top}/{symbol(f'{letter}_{denominator}')}" if slash else top
+
+
+def letter_of(found: Any) -> str:
+    """Return the letter of frequencies: Q for tunes, in cycles per turn."""
+    return "Q" if in_turns(found) else "nu"
 
 
 def _draw_lines(
-    ax: Any, lines: Sequence[Sequence[int]], x: str, y: str, noted: Sequence[Any] = ()
+    ax: Any, lines: Sequence[Sequence[int]], x: str, y: str, noted: Sequence[Any] = (), letter: str = "nu"
 ) -> tuple[tuple, tuple]:
     """Draw k1 X + k2 Y + k0 = 0 inside the present limits, lowest orders first; label those with room beside the notes
-    on the figure.
+    on the figure. letter: of the frequencies.
     """
     from matplotlib.patheffects import withStroke
 
@@ -265,7 +300,7 @@ def _draw_lines(
             style.update(ls=(0, (4, 2.5)))
             drawn += ax.plot(*inside[[0, -1]].T, **style)
             names = *(name.partition("/")[0] for name in (x, y)), x.partition("/")[2] or TURN
-            slanted.append((inside, formula((k1, k2, k0), names)))
+            slanted.append((inside, formula((k1, k2, k0), names, letter)))
     ax.set(xlim=(x0, x1), ylim=(y0, y1))
     if slanted:
         settled(ax)

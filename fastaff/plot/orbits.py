@@ -11,7 +11,9 @@ from ..core.numbers import listed, shown
 from ..core.status import Status
 from ..runs.coordinates import chart_row
 from ..runs.integrate import Orbits
+from ..runs.schemes.catalogue import ITERATION
 from ..runs.tangent_map import TangentMap
+from .curves import above_rounding, axes_of, equal_axes, in_space, smooth
 from .picking import carry
 from .sections import why
 from .style import DARK, GREY, LINES, Artists, chosen_orbits, figure, nothing, symbol
@@ -34,8 +36,9 @@ def plot_orbits(
         Result of `integrate`. Without samples, the ends of the orbits are drawn.
     {ax}
     x, y : str, optional
-        Coordinates or momenta, for a body of any chart; `x` may be ``"time"``. Default: the first two coordinates, and
-        alpha and beta for a body. A periodic coordinate that rotates is drawn within half a period around 0.
+        Coordinates or momenta, for a body of any chart; `x` may be ``"time"``. Default: the first two coordinates,
+        alpha and beta for a body, all bodies for coordinates x1, y1, x2, y2, ... A periodic coordinate that rotates is
+        drawn within half a period around 0.
     orbits : sequence of int, optional
         Numbers of the orbits to draw. Default: up to 40.
 
@@ -45,54 +48,85 @@ def plot_orbits(
         ``points`` are the curves; curves of failed orbits are grey. ``missing`` is the number of orbits not drawn. A
         click picks orbit and sample.
 
+    Notes
+    -----
+    - Curves between samples are cubic polynomials, by the model's rates at the samples. They are chords if the model is
+      not known or if the samples are farther apart than about a quarter of a turn.
+    - Cartesian coordinates x, y, z have axes of one scale.
+
     Examples
     --------
     >>> orbits = fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=10.0, samples=50)
     >>> len(fa.plot.plot_orbits(orbits, x="time", y="p_y").points)
     1
     """
-    body = len(result.z) == 8
-    x = x or ("alpha" if body else result.names[0])
-    y = y or ("beta" if body else result.names[1 % len(result.names)])
+    bodies = axes_of(tuple(result.names), x, y)
     z = result.z.reshape(len(result.z), -1)
-    whole = result.z.ndim > 1
-    samples = result.samples.reshape(len(result.times), len(z), z.shape[1]).transpose(1, 0, 2)
-    status = np.atleast_1d(result.status).ravel()
     total = z.shape[1]
+    status = np.atleast_1d(result.status).ravel()
     chosen = chosen_orbits(orbits, total, MOST)
-    states = samples if len(result.times) else z[:, None]
-    plain = [_row(result, states, name) for name in (x, y)]
-    u, v = (around_zero(result, name, row) for name, row in zip((x, y), plain, strict=True))
-    curves = []
-    for number, k in enumerate(chosen):
-        if status[k] != Status.OK:
-            colour = GREY
-        elif len(chosen) <= 5:
-            colour = LINES[number % len(LINES)][0]
-        else:
-            colour = DARK
-        dashes = LINES[number][1] if len(chosen) <= 5 else "-"  # told apart in grey too
-        mark: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.0}
-        if len(result.times):
-            mark = {"lw": 0.8, "alpha": 0.85, "ls": dashes}
-        U, V, moment = broken(u[:, k], v[:, k], (plain[0][:, k], plain[1][:, k]))
-        (curve,) = ax.plot(U, V, color=colour, **mark)
-        curves.append(carry(curve, U, V, np.full(len(U), k), moment if whole else None))
+    sampled = len(result.times) > 0
+    iterated = getattr(result, "scheme", None) == ITERATION  # nothing lies between two iterates
+    states, times = z[:, None, chosen], np.ravel(result.t)[None, chosen]
+    if sampled:
+        samples = result.samples.reshape(len(result.times), len(z), total).transpose(1, 0, 2)
+        states, times = smooth(result, samples[:, :, chosen], result.times)
+        times = times[:, None]
     gone = status[chosen] != Status.OK
-    if not (np.isfinite(u[:, chosen]) & np.isfinite(v[:, chosen])).any():
-        nothing(ax, why(status[chosen], gone))
-    elif gone.any():
-        line = ax.plot([], [], color=GREY, label=why(status[chosen], gone))
-        ax.legend(handles=line, loc="upper right")
-    ax.set(xlabel="time $t$" if x == "time" else f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
+    curves = []
+    finite = False
+    for number, (across, up) in enumerate(bodies):
+        plain = [_row(result, states, times, name) for name in (across, up)]
+        u, v = (around_zero(result, name, row) for name, row in zip((across, up), plain, strict=True))
+        finite |= bool((np.isfinite(u) & np.isfinite(v)).any())
+        for k in range(len(chosen)):
+            colour, dashes = _look(number if len(bodies) > 1 else k, len(bodies) if len(bodies) > 1 else len(chosen))
+            how: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.0}
+            if sampled:
+                how = {"marker": ".", "ls": "", "ms": 1.5} if iterated else {"lw": 0.8, "alpha": 0.85, "ls": dashes}
+            if len(bodies) > 1:
+                how |= {"marker": "o", "ms": 4.0, "markevery": [-1]}  # where each body is at the end
+                how |= {"label": f"body {across[1:]}"} if k == 0 else {}
+            U, V, moment = broken(u[:, k], v[:, k], (plain[0][:, k], plain[1][:, k]))
+            (curve,) = ax.plot(U, V, color=GREY if gone[k] else colour, **how)
+            nearest = np.rint(moment * (max(len(result.times), 1) - 1) / max(len(u) - 1, 1)).astype(int)
+            curves.append(carry(curve, U, V, np.full(len(U), chosen[k]), nearest if result.z.ndim > 1 else None))
+    _name(ax, curves, bodies, why(status[chosen], gone) if gone.any() or not finite else "", finite)
     return Artists(tuple(curves), None, (), (), total - len(chosen))
 
 
-def _row(result: Orbits, states: np.ndarray, name: str) -> np.ndarray:
-    """Return one coordinate (moments, orbits) of states (2n, moments, orbits), by its name."""
+def _look(number: int, curves: int) -> tuple[str, Any]:
+    """Return colour and dashes of one of so many curves; up to five are told apart, in grey too."""
+    return LINES[number % len(LINES)] if curves <= len(LINES) else (DARK, "-")
+
+
+def _name(ax: Any, curves: list, bodies: list[tuple[str, str]], ended: str, finite: bool) -> None:
+    """Name the axes and the curves, with the ends of orbits that failed, and set scales."""
+    named = curves[:0] if len(bodies) < 2 else [curve for curve in curves if not curve.get_label().startswith("_")]
+    if not finite:
+        nothing(ax, ended)
+    elif ended:
+        named += ax.plot([], [], color=GREY, label=ended)
+    if named:
+        ax.legend(handles=named, loc="upper right")
+    x, y = bodies[0]
+    if len(bodies) > 1:
+        ax.set(xlabel="$x$", ylabel="$y$")
+    else:
+        ax.set(xlabel="time $t$" if x == "time" else f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
+    if in_space(x, y):
+        equal_axes(ax)
+    elif finite:
+        size = max(np.nanmax(np.abs(curve.get_data()[k]), initial=0.0) for curve in curves for k in (0, 1))
+        above_rounding(ax, float(size) if np.isfinite(size) else 0.0)
+
+
+def _row(result: Orbits, states: np.ndarray, times: np.ndarray, name: str) -> np.ndarray:
+    """Return one coordinate (moments, orbits), by its name, of states (2n, moments, orbits) at times (moments, 1) or
+    (moments, orbits).
+    """
     if name == "time":
-        times = result.times if len(result.times) else np.atleast_1d(result.t)
-        return np.broadcast_to(times[:, None], states.shape[1:]) if len(result.times) else times[None]
+        return np.broadcast_to(times, states.shape[1:])
     if name in result.names:
         return states[result.names.index(name)]
     found = chart_row(states, name)

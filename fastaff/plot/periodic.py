@@ -16,6 +16,7 @@ from ..core.status import Status
 from ..periodic.found_orbits import PeriodicOrbits, Stability
 from ..runs.coordinates import in_chart
 from ..systems.charts import ALPHA_BETA, Chart
+from .curves import above_rounding
 from .picking import carry
 from .style import Artists, figure, symbol
 
@@ -107,6 +108,8 @@ def plot_periodic(
             (mark,) = ax.plot(u[own].ravel(), v[own].ravel(), ls="", zorder=5, label=_name(kind), **style)
             whose, crossing = np.divmod(np.arange(u[own].size), u.shape[1])
             marks.append(carry(mark, u[own].ravel(), v[own].ravel(), np.flatnonzero(own)[whose], crossing))
+    sizes = np.abs(rows[:, :, drawn])
+    above_rounding(ax, float(np.max(sizes, where=np.isfinite(sizes), initial=0.0)))
     if not ax.get_xlabel():
         ax.set(xlabel=f"${symbol(chosen[0])}$", ylabel=f"${symbol(chosen[1])}$")
     written = _write(ax, orbits, u, v, drawn, fontsize) if labels else ()
@@ -159,8 +162,8 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
     frame = np.array([ax.bbox.min, ax.bbox.max])
     written = []
     for o in np.flatnonzero(drawn):
-        text = f"{orbits.crossings[o]}: ${_number(orbits.residue[o])}$"
-        half = np.array([0.28 * unit * (len(_number(orbits.residue[o])) + 3), 0.6 * unit])
+        text = f"{orbits.crossings[o]}: ${number_text(orbits.residue[o])}$"
+        half = np.array([0.28 * unit * (len(number_text(orbits.residue[o])) + 3), 0.6 * unit])
         best = -np.inf
         place = np.zeros(2)
         side = np.zeros(2)
@@ -193,7 +196,7 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
     return tuple(written)
 
 
-def _number(residue: float) -> str:
+def number_text(residue: float) -> str:
     """Return a residue with three digits, or a power of ten where it is large."""
     if abs(residue) < 1000:
         return f"{residue:.3g}" if abs(residue) >= 5e-4 else "0"

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..core.docstrings import inserts_parameters
-from ..frequencies.own_lines import TURN
 from ..frequencies.resonance_web import ResonanceLine
-from ..frequencies.resonances import DiffusionHistogram, Resonances
+from ..frequencies.resonances import DiffusionHistogram, Resonances, relation
 from ..sections.energy_grid import EnergyGrid
 from .labels import LabelBox, drawn_points, pixel_length, settled, write_along
 from .picking import carry
@@ -33,17 +32,14 @@ WHOLE = 0.5
 """Share of the grid from which a resonance is no island but holds everywhere."""
 
 
-def formula(vector: Sequence[int], names: Sequence[str]) -> str:
-    """Return k . nu = 0 for a label, every term on the side where it is positive: 3 nu_x = 2 nu_y, or 3 nu_x = 1."""
-    sides = []
-    for sign in (1, -1):
-        terms = [
-            (abs(c), symbol(f"nu_{name}") if name != TURN else "")
-            for c, name in zip(vector, names, strict=True)
-            if c * sign > 0
-        ]
-        sides.append("+".join((str(c) if c > 1 or not name else "") + name for c, name in terms) or "0")
-    return f"${sides[0]}={sides[1]}$"
+def formula(vector: Sequence[int], names: Sequence[str], letter: str = "") -> str:
+    """Return k . nu = 0 for a label: 3 nu_x - 2 nu_y = 0; of tunes 2 Q_x - Q_y = 1. letter: instead of these."""
+    terms, right, usual = relation(vector, names)
+    text = "".join(
+        f"{'-' if c < 0 else '+'}{abs(c) if abs(c) > 1 else ''}{symbol(f'{letter or usual}_{name}')}"
+        for c, name in terms
+    )
+    return f"${text.removeprefix('+') or 0}={right}$"
 
 
 @figure

@@ -21,6 +21,8 @@ from ..core.docstrings import inserts_parameters
 from ..core.numbers import an_array, listed, numbers, real
 from ..core.status import Status
 from ..frequencies.frequencies import FrequencyMap
+from ..frequencies.own_lines import duration
+from ..frequencies.tunes import Tunes
 from ..results.result import Result, columns
 from .ratios import frequency
 from .style import PALE_END, colour_map, symbol
@@ -283,9 +285,10 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
         name = result.names[0] if name is None else name
         values, threshold = _chaos(result, name, fine)
         return coloured(name, values, threshold, vmin, vmax, result=result)
-    if isinstance(result, FrequencyMap) and name in (None, "diffusion"):
+    if isinstance(result, (FrequencyMap, Tunes)) and name in (None, "diffusion"):
         values = np.where(fine, result.diffusion, np.nan)
-        threshold = diffusion_threshold(result.time)
+        times = np.ravel(duration(result))
+        threshold = diffusion_threshold(float(np.median(times[times > 0])) if (times > 0).any() else 1.0)
         return coloured("diffusion", values, threshold, vmin, vmax)
     values = _column(result, name)
     if name != "status":

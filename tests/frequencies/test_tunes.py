@@ -642,9 +642,9 @@ def test_resonances_of_tunes_count_the_turn():
     nu[1, 2] = 1 - 2 * nu[0, 2]
     nu[0, 1], nu[1, 1] = 0.31, 0.5 - 0.31
     found = fa.resonances(fa.tunes(optics(rng, circles(rng, nu, 4000))), max_order=6)
-    assert found.label(0) == "3 nu_q1 - nu_turn = 0"
-    assert found.label(1) == "2 nu_q1 + 2 nu_q2 - nu_turn = 0"
-    assert found.label(2) == "2 nu_q1 + nu_q2 - nu_turn = 0"
+    assert found.label(0) == "3 Q_q1 = 1"
+    assert found.label(1) == "2 Q_q1 + 2 Q_q2 = 1"
+    assert found.label(2) == "2 Q_q1 + Q_q2 = 1"
     assert found.label(3) == "no resonance up to order 6"
 
 

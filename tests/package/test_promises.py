@@ -456,6 +456,7 @@ EXEMPT = {
     "to_matrix": "another form of the same numbers",
     "two_polar3": "another form of the same numbers",
     "diffusion_histogram": "counts of all orbits",
+    "orbit_families": "orbits of a frequency map, which is in the table",
 }
 """What takes sets, threads or a callback and has no row, each with the reason."""
 

@@ -237,7 +237,7 @@ def test_plot_frequency_map_labels_the_line_that_orbits_stand_on(ax):
     found = frequency_map(ratio, np.linspace(0.6, 0.7, ratio.size))
     drawn = plot.plot_frequency_map(found, ax=ax, lines=[(2, 0, -3), (3, 0, -4), (0, 3, -2), (1, 0, -9)])
     assert drawn.labels[0].get_text() == "3:2"
-    assert r"$3\nu_{\gamma}=2\nu_{\alpha}$" in [text.get_text() for text in drawn.labels]
+    assert r"$3\nu_{\gamma}-2\nu_{\alpha}=0$" in [text.get_text() for text in drawn.labels]
     assert len(drawn.lines) == 3, "a line outside of the frame is not drawn"
     assert drawn.lines[0].get_xdata()[0] == 1.5
     assert plot.on_line(found, (2, 0, -3), x="beta/alpha", y="gamma/alpha", tolerance=1e-9) >= 30

@@ -37,6 +37,7 @@ MAKERS = {
     "Rotation": lambda: fa.rotation_number(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1)),
     "Islands": lambda: fa.islands(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1), max_islands=4),
     "FrequencyMap": lambda: fa.frequency_map(HH, battery.Z4, time=20.0, **FIXED),
+    "OrbitFamilies": lambda: fa.frequencies.orbit_families(made("FrequencyMap"), threads=1),
     "Resonances": lambda: fa.resonances(RATIOS, max_order=4, names=("x", "y"), threads=1),
     "FrequencyLines": lambda: fa.naff(np.stack([battery.RING, 2 * battery.RING]), 0.1, lines=2, threads=1),
     "Tunes": lambda: fa.tunes(battery.TURNED),

@@ -1,0 +1,149 @@
+"""Families of orbits of a galaxy: the ratio of their frequencies against energy, angular momentum or radius."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core.docstrings import inserts_parameters
+from ..core.numbers import listed, shown, text
+from ..core.status import Status
+from ..frequencies.orbit_family import START_VALUES, OrbitFamilies, OrbitFamily
+from .frequencies import LABELS, fraction, in_frame
+from .picking import carry
+from .scales import label_of
+from .style import ACCENT, DARK, PALE, SMALL, Artists, figure, nothing
+
+MOST = 8
+"""Resonances with a mark of their own."""
+
+SAME = 1e-6
+"""Relative difference of energies that are one energy."""
+
+LOOKS: dict[OrbitFamily, dict[str, Any]] = {
+    OrbitFamily.BOX: {"marker": "s", "color": "#7f2a5f", "s": 11.0, "zorder": 2.0},
+    OrbitFamily.AXIAL: {"marker": "+", "color": "black", "s": 20.0, "zorder": 3.0, "linewidths": 1.0},
+    OrbitFamily.IRREGULAR: {"marker": "x", "color": "0.55", "s": 11.0, "zorder": 1.0, "linewidths": 0.7},
+    OrbitFamily.UNDECIDED: {"marker": "o", "facecolors": "none", "edgecolors": "0.55", "s": 11.0, "zorder": 1.5},
+}
+"""Marks of families; loops have one for each sense, resonances one each."""
+
+SENSES = {1: {"marker": "o", "color": DARK, "s": 15.0}, -1: {"marker": "o", "color": PALE, "s": 15.0}}
+"""Marks of loops by their sense."""
+
+RESONANT = "^vD<>p*h"
+"""Marks of resonances, frequent ones first."""
+
+
+@figure
+@inserts_parameters
+def plot_families(
+    families: OrbitFamilies, *, ax: Any = None, x: str | None = None, y: str | None = None, legend: bool = True
+) -> Artists:
+    """Plot the ratio of two frequencies of orbits against energy, angular momentum or radius, by family.
+
+    Parameters
+    ----------
+    families : OrbitFamilies
+        Result of `orbit_families`.
+    {ax}
+    x : str, optional
+        ``"energy"``, ``"angular_momentum"`` or ``"radius"`` of the initial conditions, or a ratio. Default: the energy,
+        or the angular momentum if all orbits have one energy.
+    y : str, optional
+        Ratio of two frequencies. Default: that of the second coordinate to the first.
+    legend : bool, default True
+        Name the families, with their numbers of orbits.
+
+    Returns
+    -------
+    Artists
+        ``points`` are the marks, one artist for each family. ``missing`` is the number of orbits not drawn; a note has
+        the reasons. A click picks the orbit.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown.
+
+    Examples
+    --------
+    >>> galaxy = fa.hamiltonian("log(0.02 + x**2 + y**2/0.8)/2")
+    >>> found = fa.frequency_map(galaxy, [[0.5, 0.6], [0.0, 0.0], [0.0, 0.8], [0.9, 0.1]], time=300.0)
+    >>> drawn = fa.plot.plot_families(fa.frequencies.orbit_families(found))
+    >>> drawn.missing, len(drawn.points)
+    (0, 2)
+    """
+    names = families.names
+    x, y = (None if name is None else text(axis, name) for axis, name in (("x", x), ("y", y)))
+    if x is None:
+        energy = families.energy
+        one = np.ptp(energy) <= SAME * np.abs(energy).max(initial=0.0) if np.isfinite(energy).all() else False
+        x = "angular_momentum" if one else "energy"
+    y = y or f"{names[1]}/{names[0]}"
+    across, up = (_values(families, name) for name in (x, y))
+    good = (families.status == Status.OK) & np.isfinite(across) & np.isfinite(up)
+    marks = []
+    resonances = 0
+    others = np.zeros(good.shape, bool)
+    for name, mask in families.members().items():
+        mine = np.flatnonzero(mask & good)
+        if not mine.size:
+            continue
+        family = OrbitFamily(int(families.family[mine[0]]))
+        if family == OrbitFamily.LOOP:
+            look = SENSES[int(families.sense[mine[0]])]
+        elif family == OrbitFamily.RESONANT:
+            resonances += 1
+            if resonances > MOST:
+                others |= mask & good
+                continue
+            colour = (ACCENT, "#009e73", "#cc79a7")[(resonances - 1) % 3]
+            look = {"marker": RESONANT[resonances - 1], "color": colour, "s": 18.0, "zorder": 3.0}
+        else:
+            look = LOOKS[family]
+        marks.append(_mark(ax, across, up, mine, f"{mine.size} {name}", look))
+    if others.any():
+        mine = np.flatnonzero(others)
+        look = {"marker": ".", "color": ACCENT, "s": 18.0, "zorder": 3.0}
+        marks.append(_mark(ax, across, up, mine, f"{mine.size} other resonances", look))
+    missing = int(np.count_nonzero(~good))
+    counts = {name: int(np.count_nonzero(mask & ~good)) for name, mask in families.members().items()}
+    reasons = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+    ax.set(xlabel=_label(x), ylabel=f"${fraction(y)}$")
+    if not marks:
+        nothing(ax, reasons)
+    else:
+        steady = np.isin(families.family[good], (OrbitFamily.BOX, OrbitFamily.LOOP, OrbitFamily.RESONANT))
+        notes = in_frame(ax, across[good], up[good], steady, None)
+        notes += [f"{missing} of {good.size} orbits not drawn: {reasons}"] if missing else []
+        ax.set_title("; ".join(notes), fontsize=SMALL, loc="right", color="0.35", wrap=True)
+    if legend and marks:
+        ax.legend(handles=marks, loc="center left", bbox_to_anchor=(1.01, 0.5), title=f"{good.size} orbits")
+    return Artists(tuple(marks), None, (), (), missing)
+
+
+def _mark(ax: Any, across: np.ndarray, up: np.ndarray, mine: np.ndarray, label: str, look: dict) -> Any:
+    """Draw the orbits of one family by their numbers; return the artist."""
+    how = {"linewidths": 0.0, "zorder": 2.5, **look}
+    if look.get("facecolors") == "none":
+        how["linewidths"] = 0.7
+    return carry(ax.scatter(across[mine], up[mine], label=label, rasterized=True, **how), across[mine], up[mine], mine)
+
+
+def _values(families: OrbitFamilies, name: str) -> np.ndarray:
+    """Return values (orbits,) by their name: of initial conditions, or a ratio of frequencies."""
+    if name in START_VALUES:
+        return np.asarray(getattr(families, name))
+    top, slash, bottom = name.partition("/")
+    if slash and {top, bottom} <= set(families.names):
+        with np.errstate(all="ignore"):
+            return families.nu[families.names.index(top)] / families.nu[families.names.index(bottom)]
+    ratio = f"{families.names[1]}/{families.names[0]}"
+    raise ValueError(f"x and y must be among {listed(START_VALUES)}, or a ratio such as {ratio}, got {shown(name)}")
+
+
+def _label(name: str) -> str:
+    """Return the label of an axis."""
+    return LABELS.get(name) or label_of(name)
