@@ -10,6 +10,7 @@ from ...core.docstrings import inserts_parameters
 from ...core.numbers import real, shown
 from .angles import Coordinates2
 from .body import Body
+from .energy_method import energy_method
 from .mechanics import system_of
 
 
@@ -82,6 +83,8 @@ class ReducedBody(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * p_alpha, w * p_beta
+
+    energy = energy_method
 
     def kinetic_energy(self, p_alpha, p_beta):
         """Return the kinetic energy of alpha and beta.
@@ -260,8 +263,7 @@ def reduced_body(model: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
 
     Notes
     -----
-    * Sections: p_alpha = 0, ``Hyperplane(normal=(0, 0, 1, 0))``, is `AlphaTurning` of the body. If p_gamma is not 0,
-      p_beta = 0, ``Hyperplane(normal=(0, 0, 0, 1))``, is `BetaTurning`.
+    * Sections: "p_alpha=0" is `AlphaTurning` of the body. If p_gamma is not 0, "p_beta=0" is `BetaTurning`.
     * Cost: the reduced body has half the rows and is twice as fast.
     * Periodic orbits: their only neutral directions are the flow and the energy.
 
