@@ -19,7 +19,7 @@ from .formula import Text, with_periods
 from .grammar import checked_name
 from .library import Request, generated_class
 from .map_source import period_texts
-from .reserved import RESERVED
+from .reserved import WITHOUT_BODY
 
 LENGTH = 2000
 """Most characters of a text, and of each equation that is an expression."""
@@ -106,9 +106,10 @@ def ode(
     equations = split(written)
     names: list[str] = []
     for name, _ in equations:
-        names.append(checked_name(name, "variable", {*names, *RESERVED}))
+        names.append(checked_name(name, "variable", {*names, *WITHOUT_BODY}))
     values = {
-        checked_name(name, "parameter", {*names, *RESERVED}): real(name, value) for name, value in parameters.items()
+        checked_name(name, "parameter", {*names, *WITHOUT_BODY}): real(name, value)
+        for name, value in parameters.items()
     }
     for name, side in equations:
         if re.search(r"\bt\b", side) and "t" not in (*names, *values):
