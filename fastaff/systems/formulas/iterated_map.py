@@ -23,7 +23,7 @@ from ..models.contracts import FormulaMap
 from .arguments import checked_names, values_of
 from .formula import Text
 from .grammar import CONSTANTS, NUMERIC, Program, parse
-from .library import CLASSES, loaded, rebuild
+from .library import CLASSES, brief, loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
 
 TRIED = 400
@@ -204,9 +204,9 @@ def _generated(request: MapRequest, found: Statements, wall: Program | None, per
 
 
 def _repr(self: Any) -> str:
-    domain = [] if self.domain is None else [f"domain={self.domain!r}"]
+    domain = [] if self.domain is None else [f"domain={brief(self.domain)}"]
     fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
-    return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *fields])})"
+    return f"{type(self).__name__}({', '.join([brief(self.formula), *domain, *fields])})"
 
 
 def _reduce(self: Any, request: MapRequest) -> tuple:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import shown
 from .angles import AreaTrace, Coordinates2
+from .energy_method import energy_method
 
 TERMS = ("friction", "drive_period", "period", "damping", "forcing", "drive")
 FREE = "For friction or a drive use hamiltonian(..., friction=0.1, drive_period=6.28) or ode(body, forces=...)."
@@ -87,6 +88,8 @@ class Body(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * pa1, w * pa2, w * pb1, w * pb2
+
+    energy = energy_method
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
         """Return the kinetic energy.
@@ -312,6 +315,8 @@ class HenonHeiles(NamedTuple):
             -dx - 2 * self.lam * (y * dx + x * dy),
             -dy - 2 * self.lam * (x * dx - y * dy),
         )
+
+    energy = energy_method
 
     def kinetic_energy(self, px, py):
         """Return the kinetic energy.

@@ -9,6 +9,7 @@ import numpy as np
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import real, shown
 from .body3 import Body3
+from .energy_method import energy_method
 
 
 @inserts_parameters
@@ -78,6 +79,8 @@ class ReducedBody3(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * p_1, w * p_2, w * p_3
+
+    energy = energy_method
 
     def kinetic_energy(self, p_1, p_2, p_3):
         """Return the kinetic energy of the stretches.

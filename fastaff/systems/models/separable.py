@@ -13,6 +13,7 @@ import numpy as np
 from ...core.docstrings import inserts_parameters
 from .angles import AlphaBeta, RVartheta
 from .contracts import OneVariable
+from .energy_method import energy_method
 
 TINY = 1e-300
 """Added to A and B under square roots: slopes at alpha = 0 or beta = 0 are those of a neighbouring point."""
@@ -458,6 +459,8 @@ class StackelBody(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * pa1, w * pa2, w * pb1, w * pb2
+
+    energy = energy_method
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
         """Return the kinetic energy.
