@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -407,7 +408,9 @@ def with_periods(model: Any) -> Any:
 
 
 def _written(text: Any) -> tuple[str, int]:
-    """Return a formula as text, and its largest length."""
+    """Return a formula as text, and its largest length; ValueError for equations, which are of `ode`."""
+    if isinstance(text, str) and re.search(r"\w\s*'+\s*=", text):
+        raise ValueError(f"text must be an energy, got equations {shown(text, 60)}. Use fa.ode(text).")
     return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
 
 

@@ -25,6 +25,7 @@ from .formula import Text
 from .grammar import CONSTANTS, NUMERIC, Program, parse
 from .library import CLASSES, brief, loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
+from .matrix_map import checked_matrix, entries, is_matrix, names_of, text_of_matrix
 
 TRIED = 400
 """Number of points around the origin, and of points farther away, at which a map is tried."""
@@ -49,7 +50,7 @@ def iterated_map(
 
     Parameters
     ----------
-    text : str, or lattice or map of another package
+    text : str, array, or lattice or map of another package
         Statements ``name = formula`` in the grammar of `affine_body`, one a line or separated by semicolons, such as
         "p1 = p + K*sin(x); x1 = x + p1". The image of x is x1 or x'; later statements may use it. Other names stand for
         formulas that later statements use. Also accepted:
@@ -57,7 +58,9 @@ def iterated_map(
         * a Line of xtrack or a lattice of PyAT: the one-turn map of x, y, px, py on momentum. It has the linear
           elements, the kicks of thin multipoles and linear dipoles. Other elements raise an error that names them.
         * the path of the map_table of MAD-X or of a damap of MAD-NG, or a table with these columns: the Taylor series
-          of x, px, y, py on momentum around the closed orbit. It is symplectic up to the order of truncation.
+          of x, px, y, py on momentum around the closed orbit. It is symplectic up to the order of truncation;
+        * a matrix (2n, 2n), n up to 4, such as a one-turn matrix: rows and columns are coordinates, then momenta, by
+          default x, p or x, y, p_x, p_y. Its entries are the parameters m11, m12, ...
     coordinates, momenta : str or sequence of str, optional
         Names of the variables, in pairs. Default: x with p, p_x or px, and q_1 with p_1. For other names the first half
         of the images are coordinates.
@@ -97,6 +100,8 @@ def iterated_map(
 
     Examples
     --------
+    >>> fa.iterated_map([[0.0, 1.0], [-1.0, 0.5]]).iterate(1.0, 2.0)
+    (2.0, 0.0)
     >>> standard = fa.iterated_map("p1 = p + K*sin(x); x1 = x + p1", periodic={"x": "2*pi"}, K=0.9)
     >>> standard.symplectic
     True
@@ -104,6 +109,8 @@ def iterated_map(
     array([[0.737],
            [0.447]])
     """
+    if is_matrix(text):
+        return _linear(text, parameters, coordinates, momenta, periodic, domain)
     given = dispatch_adapter("lattice", text)
     if given is not None:
         if coordinates is not None or momenta is not None:
@@ -112,6 +119,29 @@ def iterated_map(
         coordinates = "x y"
         momenta = "px py"
     model = untried(text, parameters, coordinates, momenta, periodic, domain)
+    _tried(model)
+    return model
+
+
+def _linear(
+    given: Any, parameters: Mapping[str, Any], coordinates: Any, momenta: Any, periodic: Any, domain: str | None
+) -> FormulaMap:
+    """Return the map of a matrix."""
+    matrix = checked_matrix(given)
+    default = names_of(matrix)
+    q = checked_names("coordinates", default[0] if coordinates is None else coordinates)
+    p = checked_names("momenta", default[1] if momenta is None else momenta, q)
+    if len(q) != len(p) or 2 * len(q) != len(matrix):
+        raise ValueError(
+            f"coordinates and momenta must each be {len(matrix) // 2} names for a matrix of {len(matrix)} rows, got "
+            f"{listed(q)} and {listed(p)}"
+        )
+    known = entries(matrix)
+    taken = [name for name in parameters if name in known]
+    if taken:
+        raise ValueError(f"parameter {shown(taken[0])} is the name of an entry of the matrix. Use another name.")
+    text = text_of_matrix((*q, *p))
+    model: FormulaMap = untried(text, {**known, **parameters}, q, p, periodic, domain)
     _tried(model)
     return model
 
