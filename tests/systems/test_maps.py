@@ -550,7 +550,7 @@ def test_rotation_numbers_of_linear_maps_in_any_unit(nu, size, unit):
     ("text", "more", "said"),
     [
         (3, {}, "text must be a map such as"),
-        ("x1 = x", {}, "images of 2, 4"),
+        ("x1 = y; y1 = z; z1 = x", {}, "images of 1, 2, 4"),
         ("nothing", {}, "statements name = formula"),
         ("p1 = p + K*sin(x); x1 = x + q", {"K": 1.0}, "unknown name 'q'"),
         ("p1 = p + K*sin(x); x1 = x + p1", {}, "unknown name 'K'"),

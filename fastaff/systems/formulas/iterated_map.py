@@ -53,7 +53,7 @@ def iterated_map(
     text : str, array, or lattice or map of another package
         Statements ``name = formula`` in the grammar of `affine_body`, one a line or separated by semicolons, such as
         "p1 = p + K*sin(x); x1 = x + p1". The image of x is x1 or x'; later statements may use it. Other names stand for
-        formulas that later statements use. Also accepted:
+        formulas that later statements use. A map has 1, 2, 4, ... or 16 variables. Also accepted:
 
         * a Line of xtrack or a lattice of PyAT: the one-turn map of x, y, px, py on momentum. It has the linear
           elements, the kicks of thin multipoles and linear dipoles. Other elements raise an error that names them.
@@ -63,7 +63,7 @@ def iterated_map(
           default x, p or x, y, p_x, p_y. Its entries are the parameters m11, m12, ...
     coordinates, momenta : str or sequence of str, optional
         Names of the variables, in pairs. Default: x with p, p_x or px, and q_1 with p_1. For other names the first half
-        of the images are coordinates.
+        of the images are coordinates. One variable alone has no momentum.
     periodic : dict of float or str, optional
         Periods of coordinates and momenta, for example {"x": "2*pi"}: numbers or formulas of the parameters. Each
         iterate reduces these rows to half a period around 0.
@@ -89,7 +89,7 @@ def iterated_map(
     Notes
     -----
     * Time is a whole number of iterates. Exponents and tunes are per iterate.
-    * A map has no step, scheme or energy.
+    * A map has no step, scheme or energy. One of one variable has no tunes, tori and residues either.
     * An orbit ends with the first iterate that is outside the domain (status LOST) or not finite (NONFINITE). Without a
       domain no distance counts as an escape.
     * Sections are the iterates themselves: ``poincare_map(model, z0, crossings=1000)``.
@@ -174,7 +174,7 @@ def _paired(variables: Sequence[str], coordinates: Any, momenta: Any) -> tuple[t
     else:
         q = checked_names("coordinates", coordinates)
         p = checked_names("momenta", momenta)
-    if sorted((*q, *p)) != sorted(variables) or len(q) != len(p):
+    if sorted((*q, *p)) != sorted(variables) or len(q) != max(1, len(p)):
         raise ValueError(
             f"coordinates and momenta must each be half of the variables {listed(variables)}, got {listed(q)} and "
             f"{listed(p)}"
