@@ -37,6 +37,7 @@ AXES = {
 """Axes that several classes have, or that need a word."""
 
 OTHERS = {
+    "BifurcationDiagram": {"value": "values of the parameter", "iterate": "iterates after the transient"},
     "ActionAngles": {
         "names": "Names of the rows of the arrays whose first axis they label",
         "J": "Actions, the integrals of p dq over the cycles",

@@ -1,8 +1,16 @@
 """Chaos indicators, maps of classifications, chaotic fractions."""
 
+from .bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
 from .chaos_map import ChaosMap
 from .chaotic_fraction import ChaoticFraction
 from .own_indicator import TangentIndicator
 from .shares import Shares
 
-__all__ = ["ChaosMap", "ChaoticFraction", "Shares", "TangentIndicator"]
+__all__ = [
+    "BifurcationDiagram",
+    "ChaosMap",
+    "ChaoticFraction",
+    "Shares",
+    "TangentIndicator",
+    "bifurcation_diagram",
+]

@@ -1,7 +1,7 @@
 """Texts of block functions of maps: loops over lanes around the scalar methods `iterate` and `tangent_iterate`.
 
-State blocks are those of `texts`. In a map of one variable the row of the momentum is idle. A row that has a period is reduced to half a period around 0 after each iterate, so
-that sines of winding angles lose no digits.
+State blocks are those of `texts`. In a map of one variable the row of the momentum is idle. A row that has a period is
+reduced to half a period around 0 after each iterate, so that sines of winding angles lose no digits.
 """
 
 from __future__ import annotations

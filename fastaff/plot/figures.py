@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..chaos.bifurcation_diagram import BifurcationDiagram
 from ..chaos.chaos_map import ChaosMap
 from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases
 from ..core.numbers import shown
@@ -40,6 +41,7 @@ from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction
 from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
+from .one_variable import plot_bifurcation_diagram
 from .orbits import plot_orbits, plot_tangent_map
 from .periodic import plot_periodic
 from .quantum import plot_degeneracies, plot_density, plot_levels, plot_spectrum
@@ -107,6 +109,7 @@ FIGURES: dict[type, Callable] = {
     ActionAngles: plot_actions,
     AngleLines: _angle_lines,
     Bifurcation: plot_bifurcation,
+    BifurcationDiagram: plot_bifurcation_diagram,
     Branch: lambda branch, *others, **options: plot_backbone([branch, *others], **options),
     ChaosMap: _chaos_map,
     ChaoticFraction: plot_chaotic_fraction,

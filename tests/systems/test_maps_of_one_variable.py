@@ -91,3 +91,75 @@ def test_orbits_that_escape_or_leave_the_domain_end():
 def test_what_one_variable_has_not_is_refused(call, said):
     with pytest.raises((ValueError, TypeError), match=said):
         call()
+
+
+# --- bifurcation diagrams and cobwebs -------------------------------------------------------------------------------
+
+
+def test_a_bifurcation_diagram_has_the_cycles_of_closed_form():
+    """The fixed point 1 - 1/r up to 3, then the cycle of two; the exponent is ln|product of slopes|/period."""
+    r = np.concatenate([np.linspace(1.51, 2.95, 30), np.linspace(3.05, 3.42, 30)])
+    found = fa.chaos.bifurcation_diagram(LOGISTIC, "r", r, x0=0.3, transient=4000)
+    single = r < 3
+    np.testing.assert_allclose(found.points[:, single], np.broadcast_to(1 - 1 / r[single], (256, 30)), atol=1e-10)
+    slope = np.where(single, np.abs(2 - r), np.sqrt(np.abs(4 + 2 * r - r * r)))
+    np.testing.assert_allclose(found.exponent, np.log(slope), atol=1e-8)
+    s = np.sqrt((r + 1) * (r - 3) + 0j).real
+    pair = np.sort(found.points[-2:], axis=0)
+    truth = np.array([(r + 1 - s) / (2 * r), (r + 1 + s) / (2 * r)])
+    np.testing.assert_allclose(pair[:, ~single], truth[:, ~single], atol=1e-10)
+    assert (found.status == fa.Status.OK).all()
+    assert len(found) == 60
+
+
+def test_exponents_of_a_diagram_are_ln_2_within_their_errors():
+    x0 = np.random.default_rng(8).uniform(0.05, 0.95, 400)
+    found = fa.chaos.bifurcation_diagram(LOGISTIC, "r", np.full(400, 4.0), x0=x0, iterates=4096)
+    off = np.abs(found.exponent - np.log(2)) / found.exponent_error
+    assert (off < 3.3).mean() >= 0.97
+    assert (off < 10).all()
+
+
+def test_orbits_of_a_diagram_that_end_are_nan():
+    found = fa.chaos.bifurcation_diagram(LOGISTIC, "r", [3.2, 4.5], x0=0.3)
+    assert [fa.Status(k).name for k in found.status] == ["OK", "NONFINITE"]
+    assert np.isfinite(found.points).all(axis=0).tolist() == [True, False]
+    assert np.isnan(found.exponent[1])
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "said"),
+    [
+        ({"model": fa.models.StandardMap()}, TypeError, "model must be a map of one variable"),
+        ({"model": fa.HenonHeiles()}, TypeError, "model must be a map of one variable"),
+        ({"parameter": "s"}, ValueError, "parameter must be one of r, got 's'"),
+        ({"parameter": 3}, ValueError, "parameter must be one of r, got 3"),
+        ({"values": [[1.0, 2.0]]}, ValueError, "values must be finite numbers in one row"),
+        ({"values": [np.nan]}, ValueError, "values must be"),
+        ({"values": []}, ValueError, "values must be"),
+        ({"x0": [0.1, 0.2, 0.3]}, ValueError, "x0 must be a finite number or 2 of them"),
+        ({"transient": -1}, ValueError, "transient must be"),
+        ({"iterates": 3}, ValueError, "iterates must be at least 16"),
+        ({"iterates": 2**50}, ValueError, "iterates"),
+    ],
+)
+def test_wrong_input_of_a_diagram(given, error, said):
+    asked = {"model": LOGISTIC, "parameter": "r", "values": [3.0, 3.5], "x0": 0.3} | given
+    with pytest.raises(error, match=said):
+        fa.chaos.bifurcation_diagram(**asked)
+
+
+def test_figures_of_a_map_of_one_variable():
+    found = fa.chaos.bifurcation_diagram(LOGISTIC, "r", np.linspace(2.8, 4.2, 20), x0=0.3)
+    drawn = found.plot()
+    assert drawn.missing == (found.values > 4).sum()
+    assert len(drawn.points.get_xdata()) == np.isfinite(found.points).sum()
+    web = fa.plot.plot_cobweb(LOGISTIC._replace(r=3.2), 0.2, iterates=30)
+    x, y = web.points.get_data()
+    orbit = fa.integrate(LOGISTIC._replace(r=3.2), [0.2], time=30, samples=30).samples[:, 0, 0]
+    np.testing.assert_allclose(y[1::2], orbit, atol=1e-13)
+    np.testing.assert_allclose(x[2::2], orbit, atol=1e-13)
+    assert web.missing == 0
+    assert fa.plot.plot_cobweb(LOGISTIC._replace(r=5.0), 0.4, iterates=30).missing > 0
+    with pytest.raises(TypeError, match="map of one variable"):
+        fa.plot.plot_cobweb(fa.models.StandardMap(), 0.2)
