@@ -1,9 +1,9 @@
 """Chaos indicators, maps of classifications, chaotic fractions."""
 
-from .bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
 from .chaos_map import ChaosMap
 from .chaotic_fraction import ChaoticFraction
 from .own_indicator import TangentIndicator
+from .parameter_diagrams import BifurcationDiagram, bifurcation_diagram
 from .shares import Shares
 
 __all__ = [

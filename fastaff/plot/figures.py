@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..chaos.bifurcation_diagram import BifurcationDiagram
 from ..chaos.chaos_map import ChaosMap
 from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases
+from ..chaos.parameter_diagrams import BifurcationDiagram
 from ..core.numbers import shown
 from ..frequencies.angle_lines import AngleLines
 from ..frequencies.frequencies import FrequencyMap

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..chaos.bifurcation_diagram import BifurcationDiagram
+from ..chaos.parameter_diagrams import BifurcationDiagram
 from ..core.docstrings import inserts_parameters
 from ..core.numbers import real, shown, whole
 from ..engine.values import at_points
@@ -104,14 +104,14 @@ def plot_cobweb(model: FormulaMap, x0: float, *, iterates: int = 50, ax: Any = N
             break
         x.append(image)
     room = MARGIN * (np.ptp(x) or abs(x[0]) or 1.0)
-    at = np.linspace(min(x) - room, max(x) + room, CURVE)
+    at: np.ndarray = np.linspace(min(x) - room, max(x) + room, CURVE)
     with np.errstate(all="ignore"):
-        image = np.array(np.broadcast_to(at_points(model, "iterate", at)[0], at.shape))
+        above = np.array(np.broadcast_to(at_points(model, "iterate", at)[0], at.shape))
         inside = np.broadcast_to(model.margin(at), at.shape) > 0
     if period > 0:
-        image -= period * np.rint(image / period)
-        image[1:][np.abs(np.diff(image)) > period / 2] = np.nan
-    (curve,) = ax.plot(at, np.where(inside & np.isfinite(image), image, np.nan), color=DARK, lw=1.4)
+        above -= period * np.rint(above / period)
+        above[1:][np.abs(np.diff(above)) > period / 2] = np.nan
+    (curve,) = ax.plot(at, np.where(inside & np.isfinite(above), above, np.nan), color=DARK, lw=1.4)
     (diagonal,) = ax.plot(at, at, color=GREY, lw=0.9)
     steps = np.repeat(x, 2)
     (web,) = ax.plot(steps[:-1], np.concatenate([[x[0]], steps[2:]]), color=LINES[0][0], lw=0.8)

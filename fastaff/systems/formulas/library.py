@@ -169,7 +169,7 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
     cls: Any = next(entry for name, entry in space.items() if name.startswith("Formula") and isinstance(entry, type))
     cls.__repr__ = _repr
     if hasattr(cls, "kinetic_energy") and "energy" not in cls._fields:  # a field of models kept by older versions
-        cls.energy = energy_method
+        cls.energy = property(energy_method)
     sys.modules[home.__name__] = home
     weakref.finalize(cls, _left, home).atexit = False
     return cls

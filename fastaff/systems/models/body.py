@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import shown
 from .angles import AreaTrace, Coordinates2
+from .contracts import Arithmetic
 from .energy_method import energy_method
 
 TERMS = ("friction", "drive_period", "period", "damping", "forcing", "drive")
@@ -89,7 +90,10 @@ class Body(NamedTuple):
         w = 1.0 / self.mu
         return w * pa1, w * pa2, w * pb1, w * pb2
 
-    energy = energy_method
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
         """Return the kinetic energy.
@@ -316,7 +320,10 @@ class HenonHeiles(NamedTuple):
             -dy - 2 * self.lam * (x * dx - y * dy),
         )
 
-    energy = energy_method
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, px, py):
         """Return the kinetic energy.

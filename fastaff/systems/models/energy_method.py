@@ -1,11 +1,10 @@
 """The method `energy` of models H = T(p) + V(q) with their further terms: the sum, at rows of a phase point.
 
-No kernel compiles it, so it is a descriptor, which keys of compiled code leave out; functions of a class are in them.
+No kernel compiles it, so it is a property, which keys of compiled code leave out; functions of a class are in them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from types import MethodType
 from typing import Any
 
@@ -13,17 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.numbers import kind_of
-
-
-class Uncompiled:
-    """A method of a model that kernels never call."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self.function = function
-        self.__doc__ = function.__doc__
-
-    def __get__(self, model: Any, owner: type | None = None) -> Any:
-        return self if model is None else MethodType(self.function, model)
+from .contracts import Arithmetic
 
 
 def _energy(model: Any, /, *rows: ArrayLike) -> np.ndarray | np.float64:
@@ -57,5 +46,6 @@ def _energy(model: Any, /, *rows: ArrayLike) -> np.ndarray | np.float64:
     return found
 
 
-energy_method = Uncompiled(_energy)
-"""The method as an entry of a class."""
+def energy_method(model: Any) -> Arithmetic:
+    """Return the method of a model: the getter of a property, as no kernel may read it."""
+    return MethodType(_energy, model)

@@ -10,6 +10,7 @@ from ...core.docstrings import inserts_parameters
 from ...core.numbers import real, shown
 from .angles import Coordinates2
 from .body import Body
+from .contracts import Arithmetic
 from .energy_method import energy_method
 from .mechanics import system_of
 
@@ -84,7 +85,10 @@ class ReducedBody(NamedTuple):
         w = 1.0 / self.mu
         return w * p_alpha, w * p_beta
 
-    energy = energy_method
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, p_alpha, p_beta):
         """Return the kinetic energy of alpha and beta.

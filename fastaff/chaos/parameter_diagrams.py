@@ -132,18 +132,19 @@ def bifurcation_diagram(
     if kept > LONGEST:
         raise ValueError(f"iterates must be at most {LONGEST}, got {shown(iterates)}. Use integrate for longer runs.")
     fits("iterates", kept, given.size)
-    model = model._replace(**{parameter: given})
+    many: Any = model
+    many = many._replace(**{parameter: given})  # one orbit for each value
     x = np.broadcast_to(start, given.shape).astype(np.float64)
     status = np.full(given.size, int(Status.OK))
     for _ in range(before):
-        x = _next(model, x, status)
+        x = _next(many, x, status)
     points = np.empty((kept, given.size))
     growth = np.empty((kept, given.size))
     for k in range(kept):
         with np.errstate(all="ignore"):
-            slope = at_points(model, "tangent_iterate", x, np.ones_like(x))[0]
+            slope = at_points(many, "tangent_iterate", x, np.ones_like(x))[0]
             growth[k] = np.where(status == Status.OK, np.log(np.abs(slope)), np.nan)
-        points[k] = x = _next(model, x, status)
+        points[k] = x = _next(many, x, status)
     with np.errstate(all="ignore"):
         means = np.array([part.mean(axis=0) for part in np.array_split(growth, BLOCKS)])
         error = means.std(axis=0, ddof=1) / np.sqrt(BLOCKS)
