@@ -24,6 +24,8 @@ AXES = {
     "record": "records of the indicators in time",
     "vector": "vectors: deviation vectors, or integer vectors of resonances",
     "signal": "signals",
+    "value": "values of a parameter",
+    "iterate": "iterates after the transient",
     "case": "parameter values; two axes for two parameters",
     "status": "values of `Status`",
     "island": "islands of a chain, in the order of visits",
@@ -37,7 +39,6 @@ AXES = {
 """Axes that several classes have, or that need a word."""
 
 OTHERS = {
-    "BifurcationDiagram": {"value": "values of the parameter", "iterate": "iterates after the transient"},
     "ActionAngles": {
         "names": "Names of the rows of the arrays whose first axis they label",
         "J": "Actions, the integrals of p dq over the cycles",
