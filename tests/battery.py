@@ -32,6 +32,7 @@ HH, BODY, HARMONIC, WALLED = (
     fa.Body(fa.NeoHookean()),
 )
 ANGULAR = fa.models.StackelBody(fa.Harmonic(), fa.models.Cosine(0.5), fa.models.Zero())
+LOGISTIC = fa.iterated_map("x1 = r*x*(1 - x)", r=3.9)
 RNG = np.random.default_rng(16)
 Z4 = np.array([[0.0, 0.0], [0.1, -0.1], [0.3, 0.28], [0.05, 0.1]])
 Z8 = np.array([[1.2, 1.3], [0.1, 0.0], [0.4, 0.3], [0.0, 0.1], [0.1, 0.2], [0.6, 0.5], [0.1, 0.0], [0.2, 0.3]])
@@ -278,6 +279,10 @@ CALLS = {
     "TuneAccumulator": (fa.TuneAccumulator, {}),
     "TuneAccumulator.push": (accumulated, {"samples": TURNED}),
     "all_levels": (fa.quantum.all_levels, {"model": HARMONIC, "multiplets": 5}),
+    "bifurcation_diagram": (
+        fa.chaos.bifurcation_diagram,
+        {"model": LOGISTIC, "parameter": "r", "values": [3.2, 3.9], "x0": 0.3, "transient": 20, "iterates": 20},
+    ),
     "chaos_map": (fa.chaos_map, {"model": HH, "z0": Z4, **REAL_TIME}),
     "chaotic_fraction": (fa.chaotic_fraction, {"model": own_case, "axes": ([1.0],), **REAL_TIME}),
     "class_diagram": (fa.quantum.class_diagram, {"model": HARMONIC, "m": [0, 2], "l": 0, "count": 2}),
@@ -451,7 +456,16 @@ and the one that silences calls.
 """
 
 CONTAINERS = {
-    *("Bifurcation", "Branch", "ChaosMap", "ChaoticFraction", "EnergyOfActions", "FrequencyMap", "EnergyGrid"),
+    *(
+        "Bifurcation",
+        "BifurcationDiagram",
+        "Branch",
+        "ChaosMap",
+        "ChaoticFraction",
+        "EnergyOfActions",
+        "FrequencyMap",
+        "EnergyGrid",
+    ),
     *("Husimi", "Islands", "LevelDiagram", "LevelTable", "FrequencyLines", "MeanRatio", "Multiplets"),
     *(
         "OrbitFamilies",

@@ -746,6 +746,32 @@ ROWS = [
         ),
     ),
     (
+        lambda: PLANE.energy(Z4),
+        TypeError,
+        "energy must be given 4 rows of the system, as model.energy(*z), got 1.",
+    ),
+    (
+        lambda: HENON.energy(0.1, 0.0, 0.2),
+        TypeError,
+        "energy must be given 4 rows of HenonHeiles, as model.energy(*z), got 3.",
+    ),
+    (
+        lambda: fa.NeoHookean(mu=1.0),
+        TypeError,
+        (
+            "NeoHookean takes G and K, got mu=1.0. The shear modulus is G; mu is the inertia, "
+            "fa.Body(fa.NeoHookean(G=1.0), mu=...)."
+        ),
+    ),
+    (
+        lambda: fa.models.NeoHookean3(mu=1.0),
+        TypeError,
+        (
+            "NeoHookean3 takes G and K, got mu=1.0. The shear modulus is G; mu is the inertia, "
+            "fa.models.Body3(..., mu=...)."
+        ),
+    ),
+    (
         lambda: fa.Body(fa.NeoHookean(), friction=0.1),
         TypeError,
         (

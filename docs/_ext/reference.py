@@ -94,7 +94,12 @@ PAGES: dict[str, Page] = {
         {
             "": "chaos_map chaotic_fraction Classification MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum "
             "ZeroOneTest WeightedBirkhoff FrequencyDiffusion ReversibilityError",
-            "chaos": " ".join(["ChaosMap ChaoticFraction Shares TangentIndicator", *OWN_INDICATORS]),
+            "chaos": " ".join(
+                [
+                    "ChaosMap ChaoticFraction BifurcationDiagram bifurcation_diagram Shares TangentIndicator",
+                    *OWN_INDICATORS,
+                ]
+            ),
         },
     ),
     "periodic": Page(

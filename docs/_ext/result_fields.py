@@ -24,6 +24,8 @@ AXES = {
     "record": "records of the indicators in time",
     "vector": "vectors: deviation vectors, or integer vectors of resonances",
     "signal": "signals",
+    "value": "values of a parameter",
+    "iterate": "iterates after the transient",
     "case": "parameter values; two axes for two parameters",
     "status": "values of `Status`",
     "island": "islands of a chain, in the order of visits",

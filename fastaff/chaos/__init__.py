@@ -3,6 +3,14 @@
 from .chaos_map import ChaosMap
 from .chaotic_fraction import ChaoticFraction
 from .own_indicator import TangentIndicator
+from .parameter_diagrams import BifurcationDiagram, bifurcation_diagram
 from .shares import Shares
 
-__all__ = ["ChaosMap", "ChaoticFraction", "Shares", "TangentIndicator"]
+__all__ = [
+    "BifurcationDiagram",
+    "ChaosMap",
+    "ChaoticFraction",
+    "Shares",
+    "TangentIndicator",
+    "bifurcation_diagram",
+]

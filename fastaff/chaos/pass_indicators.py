@@ -24,7 +24,7 @@ from ..frequencies.map_frequencies import map_frequencies_of
 from ..frequencies.turning import CHANGED
 from ..runs import observers
 from ..runs.flow import Flow, no_memory
-from ..runs.requirements import current_system
+from ..runs.requirements import check_momenta, current_system
 from ..runs.scales import motion
 from ..systems.models.contracts import Angles
 from .indicator import MANY, Indicator, Watch, decades
@@ -203,6 +203,7 @@ class FrequencyDiffusion(Indicator):
         TypeError
             If `signals` has no angles.
         """
+        check_momenta("model", model)
         if current_system(model).energetic:
             checked_signals(self.signals, model)
 

@@ -16,6 +16,7 @@ from typing import Any
 from ..core.names import named
 from ..core.numbers import listed, shown
 from ..core.placing import write_atomically
+from ..core.sizes import bytes_of
 from ..jobs.analyses import ChaosOptions, FrequencyOptions, PoincareOptions, RunOptions
 from ..jobs.job import OPTIONS, Job
 from ..jobs.launch import InitialConditions
@@ -274,23 +275,12 @@ def given(options: Any) -> list[str]:
     return flags
 
 
-SIZES = {"": 1, "B": 1, **{f"{p}B": 1000**k for k, p in enumerate("kMGT", 1)}}
-SIZES |= {f"{p}iB": 1024**k for k, p in enumerate("KMGT", 1)} | {"KB": 1000}
-
-
 def size_of(text: str | None) -> float | None:
     """Return the bytes that a text such as 500MB, 2GiB or 1e9 stands for."""
-    if text is None:
-        return None
-    number = text.strip().rstrip("BKMGTikbmgt")
-    unit = {name.lower(): value for name, value in SIZES.items()}.get(text.strip()[len(number) :].strip().lower())
     try:
-        size = float(number) * (unit or math.nan)
-        if not 0 < size < math.inf:
-            raise ValueError
-    except ValueError:
-        raise OptionError(f"--memory must be a number of bytes, for example 500MB or 2GiB, got {shown(text)}") from None
-    return size
+        return None if text is None else bytes_of("--memory", text)
+    except ValueError as problem:
+        raise OptionError(str(problem)) from None
 
 
 def pair(takes: str, text: str) -> tuple[float, float]:

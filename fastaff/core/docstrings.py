@@ -81,7 +81,7 @@ PARAMETERS = {
         section : Section or str, optional
             Surface of section, or a short form:
 
-            - ``"x=0"``: crossings with x increasing; ``"x=0-"``: decreasing; ``"x=0+-"``: both;
+            - ``"x=0"``: crossings with x increasing; ``"x=0-"``: decreasing; ``"x=0+-"``: both; ``"p_x=0"`` likewise;
             - ``"t=0"``: phase of a driven system, once per period;
             - ``"alpha-turning"`` or ``"beta=0.2"``: sections of a body.
 

@@ -1,7 +1,7 @@
 """Texts of block functions of maps: loops over lanes around the scalar methods `iterate` and `tangent_iterate`.
 
-State blocks are those of `texts`. A row that has a period is reduced to half a period around 0 after each iterate, so
-that sines of winding angles lose no digits.
+State blocks are those of `texts`. In a map of one variable the row of the momentum is idle. A row that has a period is
+reduced to half a period around 0 after each iterate, so that sines of winding angles lose no digits.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from .texts import _at, _indent, _loop
 def _names(rows: StateRows, vector: int) -> list[str]:
     """Return the names of the numbers of the orbit (0), q0, ..., p0, ..., or of a tangent vector."""
     first = range(vector * rows.n, (vector + 1) * rows.n)
-    return [f"q{r}" for r in first] + [f"p{r}" for r in first]
+    return [*(f"q{r}" for r in first), *(f"p{r}" for r in first)][: len(rows.winding)]
 
 
 def _places(rows: StateRows, vector: int) -> list[int]:
     """Return the rows of these numbers."""
     first = range(vector * rows.n, (vector + 1) * rows.n)
-    return [*first, *(rows.half + r for r in first)]
+    return [*first, *(rows.half + r for r in first)][: len(rows.winding)]
 
 
 def _periods(rows: StateRows) -> str:
@@ -35,7 +35,7 @@ def _periods(rows: StateRows) -> str:
 
 def _image(rows: StateRows) -> str:
     """Text that sets z0, z1, ... to the image of the orbit."""
-    text = f"{listed('z', range(2 * rows.n))}, = value.iterate({', '.join(_names(rows, 0))})\n"
+    text = f"{listed('z', range(len(rows.winding)))}, = value.iterate({', '.join(_names(rows, 0))})\n"
     wound = [r for r, winds in enumerate(rows.winding) if winds]
     return text + "".join(f"z{r} -= period{r}*np.rint(z{r}*turns{r})\n" for r in wound)
 
@@ -43,7 +43,7 @@ def _image(rows: StateRows) -> str:
 def _vector_image(rows: StateRows, vector: int) -> str:
     """Text that sets w0, w1, ... to the image of a tangent vector."""
     given = ", ".join(_names(rows, 0) + _names(rows, vector))
-    return f"{listed('w', range(2 * rows.n))}, = value.tangent_iterate({given})\n"
+    return f"{listed('w', range(len(rows.winding)))}, = value.tangent_iterate({given})\n"
 
 
 def _read(rows: StateRows, vector: int) -> str:
@@ -55,8 +55,8 @@ def _counted(rows: StateRows) -> str:
     coordinates that are not finite have no positive margin.
     """
     q = listed("z", range(rows.n))
-    p = " + ".join(f"0.0*z{r}" for r in range(rows.n, 2 * rows.n))
-    return f"outside += 0 if value.margin({q}) + {p} > 0.0 else 1\n"
+    p = "".join(f" + 0.0*z{r}" for r in range(rows.n, len(rows.winding)))
+    return f"outside += 0 if value.margin({q}){p} > 0.0 else 1\n"
 
 
 def _stored(rows: StateRows, vector: int, letter: str) -> str:
@@ -128,7 +128,7 @@ def _observable(rows: StateRows) -> str:
     """
     n = rows.n
     terms = []
-    for k, r in enumerate(rows.orbit):
+    for k, r in enumerate(_places(rows, 0)):
         if rows.winding[k]:
             terms.append(f"np.cos(6.283185307179586*turns{k}*{_at(r)})")
         elif not rows.winding[k % n]:

@@ -16,8 +16,9 @@ import numpy as np
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import Interrupted
 from ..core.names import named
-from ..core.numbers import StrPath, checked_callback, flag, free_memory, function, listed, positive, shown, whole
+from ..core.numbers import StrPath, checked_callback, flag, free_memory, function, listed, shown, whole
 from ..core.placing import sweep
+from ..core.sizes import bytes_of
 from ..core.status import Status
 from ..engine.code_folder import package_hash
 from ..engine.threads import checked_threads
@@ -66,7 +67,7 @@ def run(
     *,
     executor: Executor | None = None,
     threads: int | None = None,
-    memory: float | None = None,
+    memory: float | str | None = None,
     overwrite: bool = False,
     allow_other_cpu: bool = False,
     callback: Callable[[float], object] | None = None,
@@ -82,9 +83,9 @@ def run(
         Path of a Zarr hierarchy, new or of the same job, which is resumed. Default: all results in memory.
     {executor}
     {chunk_threads}
-    memory : float, optional
-        Largest memory of a chunk in bytes, which limits its size unless the job sets it. Default: a quarter of the free
-        memory.
+    memory : float or str, optional
+        Largest memory of a chunk in bytes, or with a unit such as "500MB" or "16MiB". It limits the size of chunks
+        unless the job sets that. Default: a quarter of the free memory.
     overwrite : bool, default False
         Replace a store of another job.
     {allow_other_cpu}
@@ -128,7 +129,7 @@ def run(
         raise TypeError(f"job must be a Job, got {shown(job)} ({type(job).__name__})")
     _checked(executor, threads, callback, on_chunk, allow_other_cpu)
     flag("overwrite", overwrite)
-    memory = None if memory is None else positive("memory", memory)
+    room = None if memory is None else bytes_of("memory", memory)
     if store is None:
         if executor is not None:
             raise OptionError("executor needs a store: workers hand over their results there")
@@ -137,7 +138,7 @@ def run(
     there = path.exists()
     if not (there and is_store(path)):
         try:
-            begin(job, path, memory=memory, overwrite=overwrite and there, threads=threads)
+            begin(job, path, memory=room, overwrite=overwrite and there, threads=threads)
         except FileExistsError:
             if not is_store(path):
                 raise  # else another process made it in this moment; the store is used
@@ -146,7 +147,7 @@ def run(
         if change is not None and not overwrite:
             raise OptionError(f"{path} holds another job: {change}. Take another store, or overwrite this one")
         if change is not None:
-            begin(job, path, memory=memory, overwrite=True, threads=threads)
+            begin(job, path, memory=room, overwrite=True, threads=threads)
     return _finished(path, _own(job), executor, threads, callback, on_chunk, allow_other_cpu)
 
 

@@ -15,6 +15,7 @@ from .families import plot_families
 from .figures import FIGURES
 from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
+from .one_variable import plot_bifurcation_diagram, plot_cobweb
 from .orbits import plot_orbits, plot_tangent_map
 from .periodic import plot_periodic
 from .picking import Picked, picked
@@ -50,9 +51,11 @@ __all__ = [
     "plot_aperture",
     "plot_backbone",
     "plot_bifurcation",
+    "plot_bifurcation_diagram",
     "plot_chaos_map",
     "plot_chaotic_fraction",
     "plot_closed_orbits",
+    "plot_cobweb",
     "plot_degeneracies",
     "plot_density",
     "plot_diffusion_grid",

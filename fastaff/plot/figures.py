@@ -9,6 +9,7 @@ import numpy as np
 
 from ..chaos.chaos_map import ChaosMap
 from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases
+from ..chaos.parameter_diagrams import BifurcationDiagram
 from ..core.numbers import shown
 from ..frequencies.angle_lines import AngleLines
 from ..frequencies.frequencies import FrequencyMap
@@ -43,6 +44,7 @@ from .closed_orbits import has_curves, plot_closed_orbits
 from .families import plot_families
 from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
+from .one_variable import plot_bifurcation_diagram
 from .orbits import plot_orbits, plot_tangent_map
 from .periodic import plot_periodic
 from .quantum import plot_degeneracies, plot_density, plot_levels, plot_spectrum
@@ -115,6 +117,7 @@ FIGURES: dict[type, Callable] = {
     ActionAngles: plot_actions,
     AngleLines: _angle_lines,
     Bifurcation: plot_bifurcation,
+    BifurcationDiagram: plot_bifurcation_diagram,
     Branch: lambda branch, *others, **options: plot_backbone([branch, *others], **options),
     ChaosMap: _chaos_map,
     ChaoticFraction: plot_chaotic_fraction,

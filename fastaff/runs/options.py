@@ -201,7 +201,7 @@ def suited(options: Options, system: System) -> Options:
         check_needs(system, "a scheme by energy", got=got)
     if not (scheme is None or isinstance(scheme, (RungeKutta, Collocation))):
         check_needs(system, "a splitting", got=got)
-    if system.canonical:
+    if system.canonical or system.iterated:
         return options
     scheme = DOP853 if scheme is None else scheme
     check_given(system, "an accuracy", accuracy=options.accuracy)

@@ -141,6 +141,14 @@ def check_kind(model: Any, name: str, need: str) -> None:
     if kind.words & NEEDS[need]:
         got = next((words for term, words in GOT.items() if term in kind.words), kind.equations)
         raise TypeError(f"{titled(name, model)} must be {WANTED[need]}, got {got}.{_instead_of(kind, need)}")
+    if need in ("regular motion", "a page"):
+        check_momenta(name, model)
+
+
+def check_momenta(name: str, model: Any) -> None:
+    """Refuse a map of one variable, which turns in no plane of a coordinate and its momentum."""
+    if getattr(model, "momenta", None) == ():
+        raise TypeError(f"{titled(name, model)} must have momenta, got a map of one variable. Use chaos_map.")
 
 
 GOT = {
@@ -520,7 +528,8 @@ def _evaluated(name: str, system: System) -> None:
     try:
         with np.errstate(all="ignore"):
             if system.iterated:
-                rows = [model.periods(), model.iterate(*q, *p), model.tangent_iterate(*q, *p, *p, *q)]
+                z, dz = (*q, *p)[:length], (*p, *q)[:length]
+                rows = [model.periods(), model.iterate(*z), model.tangent_iterate(*z, *dz)]
             elif system.nonseparable:
                 rows = [model.rates(*q, *p), model.tangent_rates(*q, *p, *p, *q)]
                 single = [model.energy(*q, *p)]

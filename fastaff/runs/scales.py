@@ -260,8 +260,10 @@ def _chunk(rows: int, orbits: int) -> int:
 
 def natural_rates(system: System, z: np.ndarray, threads: int = 1, found: MotionScales | None = None) -> np.ndarray:
     """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `MotionScales`, which may
-    be `found` already; for a flow the rate at which its velocity turns at the start.
+    be `found` already; for a flow the rate at which its velocity turns at the start, 1 for a map of one variable.
     """
+    if system.iterated and not system.canonical:
+        return np.ones(z.shape[1])
     return (found or motion(system, z, threads)).rate if system.canonical else _turning(system, z)
 
 

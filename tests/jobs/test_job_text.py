@@ -24,6 +24,7 @@ from fastaff.jobs import (
     RunOptions,
 )
 from fastaff.jobs.job import TABLES, _hints
+from fastaff.jobs.store import Store
 
 GOOD = [
     """[energy_surface]
@@ -433,6 +434,21 @@ def test_units_that_are_more_than_all(tmp_path):
     for memory in (1.0, 0.0, -1.0, np.nan, "x", True):
         with pytest.raises((ValueError, TypeError), match=r"memory|chunk must be at most"):
             fa.run(job, tmp_path / "t", memory=memory)
+
+
+@pytest.mark.parametrize(("text", "number"), [("16KiB", 16 * 1024), ("20 kB", 20e3), ("30000", 30000)])
+def test_memory_may_have_a_unit(tmp_path, text, number):
+    job = Job(
+        model=HH,
+        energy_surface=LOW,
+        initial_conditions=InitialConditions(grid="9x9", **BOX),
+        integrate=IntegrateOptions(time=0.1),
+    )
+    sizes = []
+    for name, memory in (("text", text), ("number", number)):
+        fa.run(job, tmp_path / name, memory=memory)
+        sizes.append(Store(tmp_path / name).chunk)
+    assert sizes[0] == sizes[1] < 50
 
 
 @pytest.mark.parametrize(

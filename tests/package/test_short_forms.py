@@ -96,6 +96,10 @@ SECTIONS = [
     (HH, "x=0", Hyperplane((1.0, 0.0, 0.0, 0.0))),
     (HH, "y=-1e-3", Hyperplane((0.0, 1.0, 0.0, 0.0), -1e-3)),
     (fa.reduced_body(BODY, p_eta=0.3, p_gamma=0.2), "beta=0.5", Hyperplane((0.0, 1.0, 0.0, 0.0), 0.5)),
+    (fa.reduced_body(BODY, p_eta=0.3, p_gamma=0.2), "p_alpha=0", Hyperplane((0.0, 0.0, 1.0, 0.0))),
+    (fa.reduced_body(BODY, p_eta=0.3, p_gamma=0.2), "beta-turning", Hyperplane((0.0, 0.0, 0.0, 1.0))),
+    (HH, "p_x = 1/4", Hyperplane((0.0, 0.0, 1.0, 0.0), 0.25)),
+    (fa.models.DoublePendulum(), "p2=0", Hyperplane((0.0, 0.0, 0.0, 1.0))),
 ]
 
 
@@ -111,7 +115,8 @@ def test_sections_of_texts(model, text, section):
 
 def test_sections_that_no_text_describes():
     assert section_in_words(Hyperplane((1.0, 1.0, 0.0, 0.0)), system_of(HH)).startswith("Hyperplane(")
-    assert section_in_words(Hyperplane((0.0, 0.0, 1.0, 0.0)), system_of(HH)).startswith("Hyperplane(")
+    one = Hyperplane((0.0,) * 4 + (1.0,) + (0.0,) * 3)
+    assert section_in_words(one, system_of(BODY)).startswith("Hyperplane(")
     assert section_in_words(battery.own_case, system_of(HH)) == repr(battery.own_case)
 
 
@@ -120,6 +125,9 @@ def test_sections_that_no_text_describes():
     [
         (BODY, "x=0", "section must be one of alpha-turning, beta-turning, alpha=c, beta=c, area=c, got 'x=0'"),
         (HH, "alpha-turning", "section must be one of x=c, y=c, got 'alpha-turning'"),
+        (HH, "px=0", "section must be one of x=c, y=c, got 'px=0'. Did you mean p_x=c?"),
+        (HH, "p_x=", "section p_x=c needs a number for c, such as p_x=0.2, got 'p_x='"),
+        (HH, "p_z=0", "section must be one of x=c, y=c, got 'p_z=0'. Use fa.Hyperplane(normal, offset)"),
         (HH, "x", "section must be one of x=c, y=c, got 'x'. Did you mean x=c?"),
         (HH, "x=", "section x=c needs a number for c, such as x=0.2, got 'x='"),
         (HH, "x=y", "section x=c: c must be a number such as 1.5, 1/6, pi/2 or 1e-3, got 'y'"),

@@ -378,6 +378,17 @@ def test_domains():
 # --- the anisotropic inertia --------------------------------------------------------------------------------------
 
 
+def test_the_repr_of_a_long_formula_is_short():
+    """A formula of a page is shown by its beginning; the model has the whole, and short ones are shown whole."""
+    long = " + ".join(f"(x**2 + y**2)*k/{n}" for n in range(1, 60))
+    model = hamiltonian(long, k=0.5)
+    assert repr(model) == f"FormulaHamiltonian({long[:160]!r}... ({len(long)} characters), k=0.5)"
+    assert model.formula == long
+    kicked = fastaff.iterated_map(f"p1 = p + x*({long.replace('y', 'p')}); x1 = x + p1", k=0.5)
+    assert len(repr(kicked)) < 220
+    assert repr(hamiltonian("x**2 + k*y**2", k=0.5)) == "FormulaHamiltonian('x**2 + k*y**2', k=0.5)"
+
+
 def test_anisotropic_inertia_is_that_of_the_matrix():
     from fastaff.systems.charts import to_matrix
 

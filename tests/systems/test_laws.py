@@ -37,6 +37,38 @@ def _ogden(F, K, **terms):
     return W
 
 
+def _neo_hookean(F, G, K):
+    first, _, J = _invariants(F)
+    return G / 2 * (first - 3) - G * np.log(J) + K / 2 * (J - 1) ** 2
+
+
+def _yeoh(F, c10, c20, c30, K):
+    first, _, J = _invariants(F)
+    e = first - 3
+    return c10 * e + c20 * e**2 + c30 * e**3 - 2 * c10 * np.log(J) + K / 2 * (J - 1) ** 2
+
+
+def _chain_series(N):
+    """Coefficients of the energy of the eight chains in I1^k: the integral of the inverse Langevin function's series
+    3 x + 9/5 x^3 + 297/175 x^5 + 1539/875 x^7 + 126117/67375 x^9 at x^2 = I1/(3 N), over G.
+    """
+    inverse = np.array([3, 9 / 5, 297 / 175, 1539 / 875, 126117 / 67375])
+    k = np.arange(1, 6)
+    return N * inverse / (2 * k) / (3 * N) ** k
+
+
+def _arruda_boyce(F, G, N, K):
+    first, _, J = _invariants(F)
+    c, k = _chain_series(N), np.arange(1, 6)
+    slope = 2 * np.sum(k * c * 3.0 ** (k - 1))
+    return G / slope * np.sum(c * (first**k - 3.0**k)) - G * np.log(J) + K / 2 * (J - 1) ** 2
+
+
+def _stiffening(G, N):
+    c, k = _chain_series(N), np.arange(1, 6)
+    return 4 * G * np.sum(k * (k - 1) * c * 3.0 ** (k - 2)) / (2 * np.sum(k * c * 3.0 ** (k - 1)))
+
+
 def _gent(F, G, Jm, K):
     first, _, J = _invariants(F)
     return -G * Jm / 2 * np.log(1 - (first - 3) / Jm) - G * np.log(J) + K / 2 * (J - 1) ** 2
@@ -53,6 +85,9 @@ def _kirchhoff(F, G, lam):
 
 
 LAWS = {
+    "neo-hookean": (_neo_hookean, {"G": 0.8, "K": 2.0}),
+    "yeoh": (_yeoh, {"c10": 0.5, "c20": -0.02, "c30": 0.01, "K": 2.0}),
+    "Arruda-Boyce": (_arruda_boyce, {"G": 0.8, "N": 6.0, "K": 2.0}),
     "mooney-rivlin": (_mooney_rivlin, {"c10": 0.7, "c01": 0.2, "K": 2.0}),
     "Ogden": (_ogden, {"a1": 1.1, "m1": 1.3, "K": 1.5}),
     "ogden": (_ogden, {"a1": 0.9, "m1": 1.3, "a2": -0.2, "m2": -2.1, "K": 1.5}),
@@ -61,6 +96,9 @@ LAWS = {
     "Saint-Venant-Kirchhoff": (_kirchhoff, {"G": 0.8, "lam": 1.3}),
 }
 LAME = {
+    "neo-hookean": lambda G, K: (G, K),
+    "yeoh": lambda c10, c20, c30, K: (2 * c10, K + 8 * c20),
+    "Arruda-Boyce": lambda G, N, K: (G, K + _stiffening(G, N)),
     "mooney-rivlin": lambda c10, c01, K: (2 * (c10 + c01), K + 4 * c01),
     "Ogden": lambda a1, m1, K: (a1 * m1 / 2, K),
     "ogden": lambda a1, m1, a2, m2, K: ((a1 * m1 + a2 * m2) / 2, K),
@@ -141,7 +179,32 @@ def test_wrong_letters_are_named(letters):
         fa.affine_body("ogden", **letters)
 
 
-@pytest.mark.parametrize("text", ["arruda-boyce", "Yeoh", "neo hooke"])
+@pytest.mark.parametrize("text", ["arruda boyce law", "Veronda", "neo hooke"])
 def test_laws_that_are_not_known_are_said_to_be_none(text):
-    with pytest.raises(ValueError, match=r"is no law known by name, those are mooney-rivlin, .*: write its formula"):
+    with pytest.raises(
+        ValueError, match=r"is no law known by name, those are neo-hookean, mooney-rivlin, .*: write its formula"
+    ):
         fa.affine_body(text, G=1.0)
+
+
+def test_invariants_of_plane_strain_are_letters_of_formulas():
+    written = fa.affine_body("G/2*(I1 - 3) - G*log(J) + k*(I2 - 3)**2", domain="J - 0.1", G=0.8, k=0.3)
+    for F in _drawn("gent", np.random.default_rng(8))[2]:
+        first, second, J = _invariants(F)
+        expected = 0.4 * (first - 3) - 0.8 * np.log(J) + 0.3 * (second - 3) ** 2
+        assert written.potential_energy(*_planes(F)) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+        assert written.margin(*_planes(F)) == pytest.approx(J - 0.1, rel=1e-12)
+
+
+def test_parameters_may_have_the_names_of_invariants():
+    body = fa.affine_body("J*(D1**2 + D2**2)/2 + I1*D1*D2", J=2.0, I1=0.5)
+    assert (body.potential.J, body.potential.I1) == (2.0, 0.5)
+    assert body.potential_energy(*_planes(np.diag([1.5, 0.5]))) == pytest.approx(2.5 + 0.375, rel=1e-14)
+
+
+def test_mu_is_a_parameter_where_there_is_no_body():
+    assert fa.hamiltonian("mu*x**2 + y**2", mu=2.0).energy(1.0, 0.0, 0.0, 0.0) == 2.0
+    assert fa.ode("x' = y; y' = mu*(1 - x**2)*y - x", mu=1.5).rates(0.0, 2.0) == (2.0, 3.0)
+    assert fa.iterated_map("p1 = p + mu_1*x; x1 = x + p1", mu_1=0.5).iterate(1.0, 0.0) == (1.5, 0.5)
+    with pytest.raises(ValueError, match="parameter 'mu_1' is taken"):
+        fa.affine_body("mu_1*(D1**2 + D2**2)", mu_1=1.0)

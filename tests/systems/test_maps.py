@@ -550,7 +550,7 @@ def test_rotation_numbers_of_linear_maps_in_any_unit(nu, size, unit):
     ("text", "more", "said"),
     [
         (3, {}, "text must be a map such as"),
-        ("x1 = x", {}, "images of 2, 4"),
+        ("x1 = y; y1 = z; z1 = x", {}, "images of 1, 2, 4"),
         ("nothing", {}, "statements name = formula"),
         ("p1 = p + K*sin(x); x1 = x + q", {"K": 1.0}, "unknown name 'q'"),
         ("p1 = p + K*sin(x); x1 = x + p1", {}, "unknown name 'K'"),
@@ -559,7 +559,7 @@ def test_rotation_numbers_of_linear_maps_in_any_unit(nu, size, unit):
         ("x1 = x + x1; p1 = p", {}, "unknown name 'x1'"),
         ("p1 = p + x; x1 = x + p1", {"K": 1.0}, "'K' is not used"),
         ("p = p + 1; x1 = x; p1 = p", {}, "must give a value to a new name, got a variable. Write"),
-        ("p1 = p; x1 = x; p1 = x", {}, "images of 2"),
+        ("p1 = p; x1 = x; p1 = x", {}, "images of 1, 2"),
         ("p1 = sqrt(-1 - p**2); x1 = x", {}, "no finite real value"),
         ("p1 = __import__('os'); x1 = x", {}, "must give the image"),
         ("p1 = p + x; x1 = x + p1", {"periodic": {"z": 1.0}}, "periodic must be of x, p"),

@@ -11,7 +11,7 @@ import numpy as np
 from ...core.foreign import call_for, dispatch_adapter
 from ...core.numbers import positive, real, shown
 from .grammar import checked_name
-from .reserved import MAX_DEGREES_OF_FREEDOM, RESERVED
+from .reserved import MAX_DEGREES_OF_FREEDOM, RESERVED, WITHOUT_BODY
 
 MAX_PARAMETERS = 64
 """Most parameters of a formula."""
@@ -34,11 +34,11 @@ def text_of(text: Any) -> str:
     )
 
 
-def values_of(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[str, float]:
-    """Return the parameters of a formula with their numbers, checked."""
+def values_of(parameters: dict[str, Any], variables: tuple[str, ...], *, body: bool = False) -> dict[str, float]:
+    """Return the parameters of a formula with their numbers, checked; body: it is the formula of a body."""
     if len(parameters) > MAX_PARAMETERS:
         raise ValueError(f"parameters must be at most {MAX_PARAMETERS}, got {len(parameters)}")
-    taken = {*variables, *RESERVED}
+    taken = {*variables, *(RESERVED if body else WITHOUT_BODY)}
     return {checked_name(name, "parameter", taken): real(name, value) for name, value in parameters.items()}
 
 

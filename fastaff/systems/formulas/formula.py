@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -20,7 +21,7 @@ from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
 from .grammar import TIME, parse
 from .hints import PULLED, hinted, no_terms_of_motion
-from .laws import written_out
+from .laws import in_stretches, written_out
 from .library import Request, generated_class
 from .map_source import period_texts
 from .options import rates_of, term_of
@@ -56,11 +57,13 @@ def affine_body(
         Potential energy V, either a formula or the name of a hyperelastic law in plane strain.
 
         * Variables of a formula: D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u of phi = [[x, y], [z, u]]; a1, a2,
-          b1, b2. They may be mixed.
+          b1, b2; in plane strain I1 = D1^2 + D2^2 + 1, I2 = J^2 + D1^2 + D2^2 and J = D1 D2, unless they are
+          parameters. They may be mixed.
         * Grammar: numbers, pi, ``+ - * / **``, sqrt, exp, log, sin, cos, tan, sinh, cosh, tanh, asin, acos, atan, and
           gammainc(a, x), the regularised lower incomplete gamma function of a number a, 0 < a <= 4.
-        * Laws and their parameters: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K), "gent" (G, Jm, K),
-          "hencky" and "saint-venant-kirchhoff" (G, lam). G is the shear modulus.
+        * Laws and their parameters: "neo-hookean" (G, K), "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ...,
+          K), "yeoh" (c10, c20, c30, K), "arruda-boyce" (G, N, K), "gent" (G, Jm, K), "hencky" and
+          "saint-venant-kirchhoff" (G, lam). G is the shear modulus.
     mu : float or pair of float, default 1
         Inertia, or a pair (mu_1, mu_2) for the kinetic energy T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
     {formula_domain}
@@ -108,8 +111,11 @@ def affine_body(
     """
     no_terms_of_motion(parameters, text)
     law, letters = written_out(text, parameters)
-    written, length = _written(law)
-    values = values_of(letters, VARIABLES)
+    short, length = _written(law)
+    written = in_stretches(short, letters)
+    length += len(written) - len(short)
+    domain = in_stretches(domain, letters) if isinstance(domain, str) else domain
+    values = values_of(letters, VARIABLES, body=True)
     pair = isinstance(mu, (tuple, list)) or (isinstance(mu, np.ndarray) and mu.ndim > 0)
     inertia = inertia_of(mu) if pair else (positive("mu", mu),)
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
@@ -402,7 +408,9 @@ def with_periods(model: Any) -> Any:
 
 
 def _written(text: Any) -> tuple[str, int]:
-    """Return a formula as text, and its largest length."""
+    """Return a formula as text, and its largest length; ValueError for equations, which are of `ode`."""
+    if isinstance(text, str) and re.search(r"\w\s*'+\s*=", text):
+        raise ValueError(f"text must be an energy, got equations {shown(text, 60)}. Use fa.ode(text).")
     return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
 
 

@@ -23,8 +23,9 @@ from ..models.contracts import FormulaMap
 from .arguments import checked_names, values_of
 from .formula import Text
 from .grammar import CONSTANTS, NUMERIC, Program, parse
-from .library import CLASSES, loaded, rebuild
+from .library import CLASSES, brief, loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
+from .matrix_map import checked_matrix, entries, is_matrix, names_of, text_of_matrix
 
 TRIED = 400
 """Number of points around the origin, and of points farther away, at which a map is tried."""
@@ -49,18 +50,20 @@ def iterated_map(
 
     Parameters
     ----------
-    text : str, or lattice or map of another package
+    text : str, array, or lattice or map of another package
         Statements ``name = formula`` in the grammar of `affine_body`, one a line or separated by semicolons, such as
         "p1 = p + K*sin(x); x1 = x + p1". The image of x is x1 or x'; later statements may use it. Other names stand for
-        formulas that later statements use. Also accepted:
+        formulas that later statements use. A map has 1, 2, 4, ... or 16 variables. Also accepted:
 
         * a Line of xtrack or a lattice of PyAT: the one-turn map of x, y, px, py on momentum. It has the linear
           elements, the kicks of thin multipoles and linear dipoles. Other elements raise an error that names them.
         * the path of the map_table of MAD-X or of a damap of MAD-NG, or a table with these columns: the Taylor series
-          of x, px, y, py on momentum around the closed orbit. It is symplectic up to the order of truncation.
+          of x, px, y, py on momentum around the closed orbit. It is symplectic up to the order of truncation;
+        * a matrix (2n, 2n), n up to 4, such as a one-turn matrix: rows and columns are coordinates, then momenta, by
+          default x, p or x, y, p_x, p_y. Its entries are the parameters m11, m12, ...
     coordinates, momenta : str or sequence of str, optional
         Names of the variables, in pairs. Default: x with p, p_x or px, and q_1 with p_1. For other names the first half
-        of the images are coordinates.
+        of the images are coordinates. One variable alone has no momentum.
     periodic : dict of float or str, optional
         Periods of coordinates and momenta, for example {"x": "2*pi"}: numbers or formulas of the parameters. Each
         iterate reduces these rows to half a period around 0.
@@ -86,7 +89,7 @@ def iterated_map(
     Notes
     -----
     * Time is a whole number of iterates. Exponents and tunes are per iterate.
-    * A map has no step, scheme or energy.
+    * A map has no step, scheme or energy. One of one variable has no tunes, tori and residues either.
     * An orbit ends with the first iterate that is outside the domain (status LOST) or not finite (NONFINITE). Without a
       domain no distance counts as an escape.
     * Sections are the iterates themselves: ``poincare_map(model, z0, crossings=1000)``.
@@ -97,6 +100,8 @@ def iterated_map(
 
     Examples
     --------
+    >>> fa.iterated_map([[0.0, 1.0], [-1.0, 0.5]]).iterate(1.0, 2.0)
+    (2.0, 0.0)
     >>> standard = fa.iterated_map("p1 = p + K*sin(x); x1 = x + p1", periodic={"x": "2*pi"}, K=0.9)
     >>> standard.symplectic
     True
@@ -104,6 +109,8 @@ def iterated_map(
     array([[0.737],
            [0.447]])
     """
+    if is_matrix(text):
+        return _linear(text, parameters, coordinates, momenta, periodic, domain)
     given = dispatch_adapter("lattice", text)
     if given is not None:
         if coordinates is not None or momenta is not None:
@@ -112,6 +119,29 @@ def iterated_map(
         coordinates = "x y"
         momenta = "px py"
     model = untried(text, parameters, coordinates, momenta, periodic, domain)
+    _tried(model)
+    return model
+
+
+def _linear(
+    given: Any, parameters: Mapping[str, Any], coordinates: Any, momenta: Any, periodic: Any, domain: str | None
+) -> FormulaMap:
+    """Return the map of a matrix."""
+    matrix = checked_matrix(given)
+    default = names_of(matrix)
+    q = checked_names("coordinates", default[0] if coordinates is None else coordinates)
+    p = checked_names("momenta", default[1] if momenta is None else momenta, q)
+    if len(q) != len(p) or 2 * len(q) != len(matrix):
+        raise ValueError(
+            f"coordinates and momenta must each be {len(matrix) // 2} names for a matrix of {len(matrix)} rows, got "
+            f"{listed(q)} and {listed(p)}"
+        )
+    known = entries(matrix)
+    taken = [name for name in parameters if name in known]
+    if taken:
+        raise ValueError(f"parameter {shown(taken[0])} is the name of an entry of the matrix. Use another name.")
+    text = text_of_matrix((*q, *p))
+    model: FormulaMap = untried(text, {**known, **parameters}, q, p, periodic, domain)
     _tried(model)
     return model
 
@@ -144,7 +174,7 @@ def _paired(variables: Sequence[str], coordinates: Any, momenta: Any) -> tuple[t
     else:
         q = checked_names("coordinates", coordinates)
         p = checked_names("momenta", momenta)
-    if sorted((*q, *p)) != sorted(variables) or len(q) != len(p):
+    if sorted((*q, *p)) != sorted(variables) or len(q) != max(1, len(p)):
         raise ValueError(
             f"coordinates and momenta must each be half of the variables {listed(variables)}, got {listed(q)} and "
             f"{listed(p)}"
@@ -204,9 +234,9 @@ def _generated(request: MapRequest, found: Statements, wall: Program | None, per
 
 
 def _repr(self: Any) -> str:
-    domain = [] if self.domain is None else [f"domain={self.domain!r}"]
+    domain = [] if self.domain is None else [f"domain={brief(self.domain)}"]
     fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
-    return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *fields])})"
+    return f"{type(self).__name__}({', '.join([brief(self.formula), *domain, *fields])})"
 
 
 def _reduce(self: Any, request: MapRequest) -> tuple:

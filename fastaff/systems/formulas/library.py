@@ -23,6 +23,7 @@ from ...core.interruption import imported
 from ...engine import cache, code_folder
 from ...engine.kinds import OPTIONS, TERMS
 from ...engine.values import told_apart
+from ..models.energy_method import energy_method
 from .equations import split
 from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
@@ -167,6 +168,8 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
     home.__doc__ = space.get("__doc__")
     cls: Any = next(entry for name, entry in space.items() if name.startswith("Formula") and isinstance(entry, type))
     cls.__repr__ = _repr
+    if hasattr(cls, "kinetic_energy") and "energy" not in cls._fields:  # a field of models kept by older versions
+        cls.energy = property(energy_method)
     sys.modules[home.__name__] = home
     weakref.finalize(cls, _left, home).atexit = False
     return cls
@@ -178,13 +181,25 @@ def _left(home: _Home) -> None:
         del sys.modules[home.__name__]
 
 
+SHOWN = 300
+"""Characters of a formula up to which a repr has the whole of it."""
+
+FIRST = 160
+"""Characters of a longer one that a repr has."""
+
+
+def brief(text: str) -> str:
+    """Return the repr of a formula, of a long one the beginning and its length; `model.formula` has the whole."""
+    return repr(text) if len(text) <= SHOWN else f"{text[:FIRST]!r}... ({len(text)} characters)"
+
+
 def _repr(self: Any) -> str:
-    domain = [] if self.domain is None else [f"domain={self.domain!r}"]
+    domain = [] if self.domain is None else [f"domain={brief(self.domain)}"]
     fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
     request = Request(*self._request)
     own = {**request.options, "drive_period": request.period, "momenta": request.momenta}
     said = [f"{name}={text!r}" for name, text in own.items() if text not in (None, "", (), [], name)]
-    return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *said, *fields])})"
+    return f"{type(self).__name__}({', '.join([brief(self.formula), *domain, *said, *fields])})"
 
 
 def _reduce(self: Any, request: Request) -> tuple:

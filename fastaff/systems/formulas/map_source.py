@@ -87,9 +87,9 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
     variables = tuple(image.removesuffix(suffix) for image in images)
     if not variables:
         raise ValueError(f"text must give the image of each variable, x1 = ... or x' = ..., such as {example}")
-    if len(variables) % 2 or len(variables) > MAX_ROWS:
+    if (len(variables) % 2 and len(variables) > 1) or len(variables) > MAX_ROWS:
         raise ValueError(
-            f"text must give the images of 2, 4, ... or {MAX_ROWS} variables, got those of {listed(variables)}"
+            f"text must give the images of 1, 2, 4, ... or {MAX_ROWS} variables, got those of {listed(variables)}"
         )
     known: list[str] = []
     for variable in variables:
@@ -161,7 +161,7 @@ def class_of_map(
     methods = [
         constant("kind", "A map.", "Kind.MAP"),
         constant("symplectic", "Whether it is symplectic, at random points to rounding.", "symplectic(self)"),
-        constant("degrees_of_freedom", f"Return {len(rows) // 2}.", str(len(rows) // 2)),
+        constant("degrees_of_freedom", f"Return {len(request.coordinates)}.", str(len(request.coordinates))),
         constant("coordinates", "Names of the coordinates.", repr(request.coordinates)),
         constant("momenta", "Names of the momenta.", repr(request.momenta)),
         method("iterate", rows, "Return the image of a phase point.", lines, image),
@@ -237,9 +237,11 @@ def _one_by_one(
 
 def pairs(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return coordinates and momenta of variables: by names p or p_x or px beside x, else in their order, coordinates
-    first.
+    first; one variable alone has no momentum.
     """
     names = set(variables)
+    if len(variables) == 1:
+        return (variables[0],), ()
 
     def momentum(name: str) -> str | None:
         return next((m for m in (f"p_{name}", f"p{name}") if m in names and m != name), None)

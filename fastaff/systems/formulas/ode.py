@@ -19,7 +19,8 @@ from .formula import Text, with_periods
 from .grammar import checked_name
 from .library import Request, generated_class
 from .map_source import period_texts
-from .reserved import RESERVED
+from .reserved import WITHOUT_BODY
+from .second_order import first_order
 
 LENGTH = 2000
 """Most characters of a text, and of each equation that is an expression."""
@@ -44,7 +45,7 @@ def ode(
         Equations of 1 to 16 variables, in one of these forms:
 
         * a text with one equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks,
-          in the grammar of `affine_body`;
+          in the grammar of `affine_body`. An equation x'' = ... of x and x' becomes two, of x and its velocity v_x;
         * variables with their right-hand sides as expressions of SymPy or heyoka, {x: ...} or [(x, ...), ...]. The
           parameter par[0] of heyoka becomes par_0;
         * a model: a result of `hamiltonian`, a named system H(q, p), `HenonHeiles`, a `Body` of a named potential, or
@@ -92,6 +93,8 @@ def ode(
     >>> lorenz = fa.ode("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
     >>> lorenz.coordinates, lorenz.rates(1.0, 1.0, 1.0)
     (('x', 'y', 'z'), (-0.0, 26.0, -1.6666666666666665))
+    >>> fa.ode("x'' = m*(1 - x**2)*x' - x", m=1.0).formula
+    "x' = v_x; v_x' = m*(1 - x**2)*v_x - x"
     >>> sheet = fa.affine_body("gent", G=1.0, Jm=4.0, K=2.0)
     >>> pulled = fa.ode(sheet, forces={"D1": "f*cos(w*t) - g*p_D1", "D2": "-g*p_D2"}, f=0.1, g=0.1, w=1.2)
     >>> pulled.coordinates
@@ -106,9 +109,10 @@ def ode(
     equations = split(written)
     names: list[str] = []
     for name, _ in equations:
-        names.append(checked_name(name, "variable", {*names, *RESERVED}))
+        names.append(checked_name(name, "variable", {*names, *WITHOUT_BODY}))
     values = {
-        checked_name(name, "parameter", {*names, *RESERVED}): real(name, value) for name, value in parameters.items()
+        checked_name(name, "parameter", {*names, *WITHOUT_BODY}): real(name, value)
+        for name, value in parameters.items()
     }
     for name, side in equations:
         if re.search(r"\bt\b", side) and "t" not in (*names, *values):
@@ -128,7 +132,7 @@ def ode(
 def _written(given: Any) -> tuple[Any, int]:
     """Return equations as text, and their largest length."""
     if isinstance(given, str):
-        return given, LENGTH
+        return first_order(given), LENGTH
     listed = list(given.items()) if isinstance(given, Mapping) else given
     if not isinstance(listed, (list, tuple)) or not all(isinstance(e, tuple) and len(e) == 2 for e in listed):
         raise TypeError(

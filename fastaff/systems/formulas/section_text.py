@@ -1,4 +1,4 @@
-"""Sections as text: alpha-turning, beta=0.2, x=0. The grammar of jobs, of the command line and of all functions."""
+"""Sections as text: alpha-turning, beta=0.2, x=0, p_x=0. The grammar of jobs, of the command line, of all functions."""
 
 from __future__ import annotations
 
@@ -25,6 +25,21 @@ def section_forms(system: System) -> tuple[str, ...]:
     return (*TURNING, *(f"{name}=c" for name in EQUALS), *(() if system.isotropic else coordinates))
 
 
+def _of_momenta(system: System) -> tuple[str, ...]:
+    """Return the texts for sections of constant momenta, which the planes of an isotropic body have not."""
+    if system.planar and system.isotropic:
+        return ()
+    return tuple(f"{name}=c" for name in system.row_names[system.n :][: system.moving])
+
+
+def _without_planes(text: str, system: System) -> str:
+    """Return alpha-turning and beta-turning, the canonical texts of p_alpha = 0 and p_beta = 0, as these momenta of a
+    system that is no body.
+    """
+    known = {turning: momentum for momentum, turning in VANISHING.items() if f"{momentum[:-1]}c" in _of_momenta(system)}
+    return known.get(text.strip(), text)
+
+
 def _unknown(argument: str, asked: str, text: str, forms: tuple[str, ...], system: System) -> str:
     """Return the sentence for the text of a section that a model does not have."""
     said = f"{argument} must be one of {listed(forms)}, got {shown(text)}."
@@ -33,8 +48,9 @@ def _unknown(argument: str, asked: str, text: str, forms: tuple[str, ...], syste
         return f"{said} {kind[0].upper()}{kind[1:]} has no drive."
     name, equals, _ = asked.partition("=")
     names = [form.partition("=")[0] for form in forms if form.endswith("=c")] if equals else forms
-    momentum = name.replace("_", "") in [row.replace("_", "") for row in system.row_names[len(system.names) :]]
+    momentum = [form for form in _of_momenta(system) if form.replace("_", "") == asked.replace("_", "")]
     hint = did_you_mean(asked, forms) if did_you_mean(name, names) and not momentum else ""
+    hint = f" Did you mean {momentum[0]}?" if momentum else hint
     other = " Use fa.Hyperplane(normal, offset) for other sections." if argument == "section" else ""
     return said + (hint or other)
 
@@ -57,11 +73,11 @@ def section_named(text: str, system: System, direction: int = 1, *, argument: st
     forms = section_forms(system)
     text, own = parted(text)
     direction = direction if own is None else own
-    text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if system.planar else text
+    text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if system.planar else _without_planes(text, system)
     name, equals, constant = text.partition("=")
     asked = f"{name.strip()}=c" if equals else name.strip()
     try:
-        form = named(argument, asked, forms)
+        form = asked if asked in _of_momenta(system) else named(argument, asked, forms)
     except ValueError:
         raise ValueError(_unknown(argument, asked, text.strip(), forms, system)) from None
     if not equals:
@@ -72,13 +88,13 @@ def section_named(text: str, system: System, direction: int = 1, *, argument: st
     value = number(f"{argument} {form}: c", constant)
     if system.planar and name in EQUALS:
         return EQUALS[name](value, direction)
-    row = system.names.index(name)
+    row = system.row_names.index(name)
     if system.driven and row == system.moving:
         if own not in (None, 1):
             raise ValueError(f"{argument} {form} has one direction, as the time goes on: leave the sign out")
         return Stroboscopic(value)
     normal = tuple(float(k == row) for k in range(system.rows))
-    if not system.iterated and system.periods[row : row + 1] > (0.0,):
+    if row < len(system.names) and not system.iterated and system.periods[row : row + 1] > (0.0,):
         return AngleEquals(normal, value, system.periods[row], direction)
     return Hyperplane(normal, value, direction)
 
@@ -109,8 +125,10 @@ def section_in_words(section: Any, system: System) -> str:
     if type(section) is Stroboscopic and system.driven:
         return f"{system.names[system.moving]}={section.phase:g}"
     rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
-    if type(section) in (Hyperplane, AngleEquals) and len(rows) == 1 and rows[0] < len(system.names):
-        return f"{system.names[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
+    if type(section) in (Hyperplane, AngleEquals) and len(rows) == 1 and rows[0] < len(system.row_names):
+        name = system.row_names[rows[0]]
+        if name in system.names or f"{name}=c" in _of_momenta(system):
+            return f"{name}={section.offset / section.normal[rows[0]]:g}"
     return repr(section)
 
 

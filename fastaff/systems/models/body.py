@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import shown
 from .angles import AreaTrace, Coordinates2
+from .contracts import Arithmetic
+from .energy_method import energy_method
 
 TERMS = ("friction", "drive_period", "period", "damping", "forcing", "drive")
 FREE = "For friction or a drive use hamiltonian(..., friction=0.1, drive_period=6.28) or ode(body, forces=...)."
@@ -87,6 +89,11 @@ class Body(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * pa1, w * pa2, w * pb1, w * pb2
+
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
         """Return the kinetic energy.
@@ -312,6 +319,11 @@ class HenonHeiles(NamedTuple):
             -dx - 2 * self.lam * (y * dx + x * dy),
             -dy - 2 * self.lam * (x * dx - y * dy),
         )
+
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, px, py):
         """Return the kinetic energy.

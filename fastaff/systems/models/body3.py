@@ -10,6 +10,8 @@ import numpy as np
 
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import shown
+from .contracts import Arithmetic
+from .energy_method import energy_method
 from .matrix_potentials import MATRIX_METHODS
 
 
@@ -77,6 +79,11 @@ class Body3(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * px1, w * px2, w * px3, w * py1, w * py2, w * py3, w * pz1, w * pz2, w * pz3
+
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, px1, px2, px3, py1, py2, py3, pz1, pz2, pz3):
         """Return the kinetic energy.

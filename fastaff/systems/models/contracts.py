@@ -67,7 +67,8 @@ class Map(Protocol):
 
     iterate(q..., p...): the 2n numbers of the image, angles as they wind on; tangent_iterate(q..., p..., dq..., dp...):
     the derivative applied to a vector; periods(): for each row its period, 0 where it has none; margin(q...): positive
-    in the domain of the map. Optional: coordinates and momenta, n names each.
+    in the domain of the map. Optional: coordinates and momenta, n names each. A map of one variable has one coordinate
+    and momenta = (): its methods have one row.
     """
 
     @property

@@ -81,8 +81,8 @@ class Traits:
 
     @cached_property
     def canonical(self) -> bool:
-        """Whether its rows are coordinates and their momenta, not variables of dz/dt = f(z)."""
-        return "rates" not in self.terms
+        """Whether its rows are coordinates and their momenta, not variables of dz/dt = f(z) or the one of a map."""
+        return "rates" not in self.terms and not (self.iterated and getattr(self.model, "momenta", None) == ())
 
     @cached_property
     def separable(self) -> bool:
@@ -107,7 +107,11 @@ class Traits:
     @cached_property
     def symplectic(self) -> bool:
         """Whether its motion conserves the symplectic form; for a map by a test to rounding, at random points."""
-        return maps.symplectic(self.model) if self.iterated else self.conserves and "noncanonical" not in self.words
+        return (
+            self.canonical and maps.symplectic(self.model)
+            if self.iterated
+            else self.conserves and "noncanonical" not in self.words
+        )
 
     @cached_property
     def n(self) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 from ...core.docstrings import inserts_parameters
 from .angles import AlphaBeta, AreaTrace, RVartheta
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring
+from .letters import inertia_is_mu
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta
 
 
@@ -422,6 +423,7 @@ class HeavyTop(NamedTuple):
         return A + B
 
 
+@inertia_is_mu("fa.Body(fa.NeoHookean(G=1.0), mu=...)")
 @inserts_parameters
 class NeoHookean(NamedTuple):
     """Define the potential of a compressible neo-Hookean material.

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
+from .letters import inertia_is_mu
 from .matrix_potentials import of_invariants, of_stretches
 
 
@@ -110,6 +111,7 @@ class GasCloud(NamedTuple):
         return J + 0.0 * (I1 + I2)
 
 
+@inertia_is_mu("fa.models.Body3(..., mu=...)")
 @of_invariants
 @inserts_parameters
 class NeoHookean3(NamedTuple):

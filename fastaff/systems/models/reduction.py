@@ -10,6 +10,8 @@ from ...core.docstrings import inserts_parameters
 from ...core.numbers import real, shown
 from .angles import Coordinates2
 from .body import Body
+from .contracts import Arithmetic
+from .energy_method import energy_method
 from .mechanics import system_of
 
 
@@ -82,6 +84,11 @@ class ReducedBody(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * p_alpha, w * p_beta
+
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, p_alpha, p_beta):
         """Return the kinetic energy of alpha and beta.
@@ -260,8 +267,7 @@ def reduced_body(model: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
 
     Notes
     -----
-    * Sections: p_alpha = 0, ``Hyperplane(normal=(0, 0, 1, 0))``, is `AlphaTurning` of the body. If p_gamma is not 0,
-      p_beta = 0, ``Hyperplane(normal=(0, 0, 0, 1))``, is `BetaTurning`.
+    * Sections: "p_alpha=0" is `AlphaTurning` of the body. If p_gamma is not 0, "p_beta=0" is `BetaTurning`.
     * Cost: the reduced body has half the rows and is twice as fast.
     * Periodic orbits: their only neutral directions are the flow and the energy.
 

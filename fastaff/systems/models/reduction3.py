@@ -9,6 +9,8 @@ import numpy as np
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import real, shown
 from .body3 import Body3
+from .contracts import Arithmetic
+from .energy_method import energy_method
 
 
 @inserts_parameters
@@ -78,6 +80,11 @@ class ReducedBody3(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * p_1, w * p_2, w * p_3
+
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, p_1, p_2, p_3):
         """Return the kinetic energy of the stretches.

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...core.docstrings import inserts_parameters
 from .angles import AlphaBeta, RVartheta
-from .contracts import OneVariable
+from .contracts import Arithmetic, OneVariable
+from .energy_method import energy_method
 
 TINY = 1e-300
 """Added to A and B under square roots: slopes at alpha = 0 or beta = 0 are those of a neighbouring point."""
@@ -458,6 +459,11 @@ class StackelBody(NamedTuple):
         """
         w = 1.0 / self.mu
         return w * pa1, w * pa2, w * pb1, w * pb2
+
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
         """Return the kinetic energy.

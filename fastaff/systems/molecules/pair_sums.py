@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
+from ..models.contracts import Arithmetic
+from ..models.energy_method import energy_method
 from .pairs import PairPotential
 
 DIRECTIONS = 16
@@ -292,6 +294,11 @@ class MolecularBody(NamedTuple):
         v, w = 0.5 / self.mu_1, 0.5 / self.mu_2
         k, d = v + w, v - w
         return k * pa1 + d * pb1, k * pa2 + d * pb2, d * pa1 + k * pb1, d * pa2 + k * pb2
+
+    @property
+    def energy(self) -> Arithmetic:
+        """Function H(q..., p...): ``model.energy(*z)`` for phase points z (2n, ...), NaN outside the domain."""
+        return energy_method(self)
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
         """Return the kinetic energy.
