@@ -253,7 +253,7 @@ def level(**change):
         ({"model": Body(SeparableRVartheta(Spring(1.0, -2.0), Barriers()))}, ValueError, "attracts"),
         ({"model": StackelBody(Harmonic(), univariate(lambda eta: np.cos(eta)), Zero())}, ValueError, "isotropic"),
         ({"chart": ELLIPTIC}, ValueError, "closed-form"),
-        ({"chart": "polar"}, ValueError, "chart must be one"),
+        ({"chart": "polar"}, ValueError, "chart must separate"),
     ],
     ids=str,
 )
