@@ -31,6 +31,7 @@ HH, BODY, HARMONIC, WALLED = (
     fa.Body(fa.Harmonic()),
     fa.Body(fa.NeoHookean()),
 )
+ANGULAR = fa.models.StackelBody(fa.Harmonic(), fa.models.Cosine(0.5), fa.models.Zero())
 RNG = np.random.default_rng(16)
 Z4 = np.array([[0.0, 0.0], [0.1, -0.1], [0.3, 0.28], [0.05, 0.1]])
 Z8 = np.array([[1.2, 1.3], [0.1, 0.0], [0.4, 0.3], [0.0, 0.1], [0.1, 0.2], [0.6, 0.5], [0.1, 0.0], [0.2, 0.3]])
@@ -100,7 +101,7 @@ def strobed_by(**given):
 def moved(make, z0=Z8, **given):
     """A model at work, alone or as the potential of a body."""
     model = make(**given)
-    return fa.integrate(model if hasattr(model, "velocity") else fa.Body(model), z0, **REAL_TIME)
+    return fa.integrate(model if hasattr(model, "degrees_of_freedom") else fa.Body(model), z0, **REAL_TIME)
 
 
 def bonded(make, **given):
@@ -203,6 +204,7 @@ CALLS = {
         },
     ),
     "ring": (fa.molecules.ring, {"atoms": 6, "pairs": [fa.molecules.HarmonicBond()]}),
+    "BreathingBody": (partial(moved, fa.models.BreathingBody), {"potential": fa.Hyperelastic(), "c": 0.5}),
     "ReducedBody": (
         partial(moved, fa.models.ReducedBody, Z4 + np.array([[1.0], [0.5], [0], [0]])),
         {"potential": fa.Hyperelastic()},
@@ -384,6 +386,7 @@ CALLS = {
     "scheme_named": (fa.schemes.scheme_named, {"name": "KAHAN_LI8"}),
     "spacing_ratios": (fa.quantum.spacing_ratios, {"levels": LEVELS}),
     "spectrum": (fa.quantum.spectrum, {"model": HARMONIC, **Q, "count": 2}),
+    "spectrum.angular": (fa.quantum.spectrum, {"model": ANGULAR, "n_eta": 1, "n_gamma": 0, "count": 2}),
     "spectrum_table": (fa.quantum.spectrum_table, {"model": HARMONIC, "m": [0], "l": [0], "count": 2}),
     "tangent_map.flow": (fa.tangent_map, {"model": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "threads": 1}),
     "tangent_map": (fa.tangent_map, {"model": HH, "z0": Z4, **REAL_TIME}),
@@ -479,7 +482,7 @@ fa_parts = (fa.runs, fa.frequencies, fa.sections, fa.chaos, fa.periodic, fa.tori
 
 PUBLIC = {name: getattr(home, name) for home in (fa, *fa_parts, fa.quantum) for name in home.__all__}
 PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix", "from_two_polar3", "two_polar3")}
-PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
+PUBLIC |= {name: getattr(fa.models, name) for name in ("BreathingBody", "ReducedBody", "StackelBody", "Zero")}
 PUBLIC |= {name: getattr(fa.molecules, name) for name in ("HarmonicBond", "LennardJones", "MorseBond")}
 PUBLIC |= {name: getattr(fa.molecules, name) for name in ("molecule", "ring")}
 PUBLIC |= {

@@ -645,6 +645,36 @@ ROWS = [
         "model must be separable, got a Body of NeoHookean. Use fa.fit_torus for other bodies.",
     ),
     (
+        lambda: fa.integrate(fa.models.BreathingBody(fa.Harmonic(), -1.0), Z8, time=1.0),
+        ValueError,
+        "model.c must be above -1 for a positive kinetic energy, got -1.0",
+    ),
+    (
+        lambda: fa.quantum.spectrum(
+            fa.models.StackelBody(fa.Harmonic(), fa.models.Cosine(1.0), fa.models.Zero()), count=1
+        ),
+        fa.quantum.NoGroundState,
+        (
+            "V_eta must have no level below 0, got 2 mu c/hbar^2 = -1.07: the body falls to the centre alpha = 0. Try "
+            "n_eta and n_gamma of higher levels."
+        ),
+    ),
+    (
+        lambda: fa.action_angles(fa.Body(fa.HeavyTop()), Z8, chart=fa.charts.SPHERICAL),
+        ValueError,
+        "chart must separate HeavyTop (r-vartheta), got 'spherical'.",
+    ),
+    (
+        lambda: fa.from_action_angles(fa.Body(fa.Harmonic()), [1, -1, 1, 1], [0] * 4, chart=fa.charts.SPHERICAL),
+        ValueError,
+        "J of r and lambda and mu must not be negative, got -1.0",
+    ),
+    (
+        lambda: fa.quantum.spectrum(fa.Body(fa.Harmonic()), m=0, l=0, count=1, chart=fa.charts.SPHERICAL),
+        ValueError,
+        "chart must separate Harmonic in two coordinates (alpha-beta, r-vartheta, elliptic), got 'spherical'.",
+    ),
+    (
         lambda: fa.action_angles(HENON, Z4),
         TypeError,
         "model must be a separable Body, got HenonHeiles. Use fa.fit_torus for other systems.",

@@ -39,7 +39,7 @@ PAGES: dict[str, Page] = {
             "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles affine_body hamiltonian "
             "iterated_map ode reduced_body univariate SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
             "systems.models": f"DoublePendulum {' '.join(SYSTEMS)} "
-            "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
+            "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap BreathingBody StackelBody Barriers "
             "ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
             "Zero Body3 GasCloud SelfGravity NeoHookean3 MooneyRivlin3 Ogden3 Sum3 formula3 ReducedBody3 reduced_body3 "
             "RelativeEquilibrium riemann_ellipsoid relative_equilibrium",

@@ -226,6 +226,25 @@ def _(rng):
     return E, w * (2 * J_r + J_lambda + J_mu + J_nu), w / (2 * pi) * (2 * J_r + J_lambda + J_mu + abs(J_nu))
 
 
+@states(
+    "sec. 3, actions in R^3 x R",
+    "E = (omega/2 pi)(2 J_R + J_theta + |J_chi| + J_u) in R^3 x R, EQ2.2c for the mixed coordinates (derived)",
+)
+def _(rng):
+    C, (q, p) = rng.real(0.6, 1.4), (rng.reals(4), rng.reals(4))
+    w = sqrt(C / MU)
+    kinetic, potential = square(p) / (2 * MU), C / 2 * square(q)
+    N = q[0] * p[1] - q[1] * p[0]
+    L3 = sum((q[i] * p[j] - q[j] * p[i]) ** 2 for j in range(3) for i in range(j))
+    E_R = square(p[:3]) / (2 * MU) + C / 2 * square(q[:3])
+    E_u = p[3] ** 2 / (2 * MU) + C / 2 * q[3] ** 2
+    J_R = loop(lambda r: 2 * MU * E_R - MU * C * r * r - L3 / r**2, sqrt(square(q[:3])))
+    J_theta = loop(lambda x: L3 - N**2 / sin(x) ** 2, mp.acos(q[2] / sqrt(square(q[:3]))), 0, pi)
+    far = 2 * sqrt(2 * E_u / C)
+    J_u = loop(lambda x: 2 * MU * E_u - MU * C * x * x, q[3], -far, far)
+    return kinetic + potential, w / (2 * pi) * (2 * J_R + J_theta + abs(2 * pi * N) + J_u)
+
+
 # EQ2.2h
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 
-from mpmath import cos, cot, exp, expj, mp, mpf, pi, sin, sqrt
+from mpmath import cos, cosh, cot, coth, exp, expj, mp, mpf, pi, sin, sinh, sqrt
 
 from . import charts as c
 from .numerics import d, dd, determinant_ratio, gradient, jacobian, laplacian, metric, square
@@ -293,6 +293,49 @@ def _(rng):
     return laplacian(f, c.alpha_beta_angles(*q)), printed
 
 
+def elliptic_operators(V_kappa=None, V_lambda=None):
+    """Return H and K in kappa, lambda, eta, gamma, quantized from the corrected h_kappa, h_lambda (derived)."""
+    half = HBAR**2 / (2 * MU)
+
+    def h(i, g, q):
+        trace = dd(g, i, i)(*q) + 2 * (coth(2 * q[0]) if i == 0 else cot(2 * q[1])) * d(g, i)(*q)
+        if i == 0:
+            trace += dd(g, 3, 3)(*q) / sinh(q[0]) ** 2 - dd(g, 2, 2)(*q) / cosh(q[0]) ** 2
+        else:
+            trace += dd(g, 3, 3)(*q) / sin(q[1]) ** 2 + dd(g, 2, 2)(*q) / cos(q[1]) ** 2
+        V = (V_kappa, V_lambda)[i]
+        return -half * trace + (V(q[i]) * g(*q) if V else 0)
+
+    def operator(of_kappa, of_lambda):
+        def applied(g):
+            def value(*q):
+                width = 2 * (cosh(q[0]) ** 2 - cos(q[1]) ** 2)
+                return (of_lambda(q[1]) * h(0, g, q) + of_kappa(q[0]) * h(1, g, q)) / width
+
+            return value
+
+        return applied
+
+    return operator(lambda k: 1, lambda l: 1), operator(lambda k: cosh(k) ** 2, lambda l: cos(l) ** 2)
+
+
+@states("sec. 5, Delta (kappa, lambda)", "Laplacian in kappa, lambda, eta, gamma is (h_kappa + h_lambda)/2 Delta")
+def _(rng):
+    f, q = smooth(rng), [*rng.reals(2, 0.3, 0.9), *rng.reals(2)]
+
+    def g(*q):
+        return f(*c.elliptic(*q))
+
+    return laplacian(f, c.elliptic(*q)), -2 * MU / HBAR**2 * elliptic_operators()[0](g)(*q)
+
+
+@states("sec. 5, elliptic K", "K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/2 Delta commutes with H (derived)")
+def _(rng):
+    f, q, k = smooth(rng), [*rng.reals(2, 0.3, 0.9), *rng.reals(2)], rng.reals(2)
+    H, K = elliptic_operators(lambda x: k[0] * cosh(x) ** 3, lambda x: k[1] * sin(x) ** 3)
+    return [0], commutators([H, K], lambda *q: f(*c.elliptic(*q)), q)
+
+
 def angles_of(m):
     """Return alpha, beta, exp(i eta), exp(i gamma) of matrix elements."""
     a, b = mp.mpc(m[0] + m[3], m[2] - m[1]) / sqrt(2), mp.mpc(m[0] - m[3], m[1] + m[2]) / sqrt(2)
@@ -314,6 +357,32 @@ for label, name, sign in (("EQ4.1", "alpha", -1), ("EQ4.2", "beta", 1)):
         x = c.alpha_beta_angles(*q)
         truth = laplacian(wave, x) / (wave(*x) / f(at))  # = -(2mu/hbar^2)(E - V) f for a solution
         return truth, dd(f, 0, 0)(at) + d(f, 0)(at) / at - mpf((m + sign * l) ** 2) / (4 * at * at) * f(at)
+
+
+@states("EQ2.1, V_eta quantised", "H separates: -hbar^2 X''/2mu + V_eta X = c X, and (m - l)^2/4 becomes 2 mu c/hbar^2")
+def _(rng):
+    f, g, X, Y = (
+        lambda x, k=k: exp(k[0] * sin(x)) * (1 + k[1] * cos(x) ** 2 / 3) for k in [rng.reals(2) for _ in range(4)]
+    )
+    constants = rng.reals(2)
+    energies = rng.reals(2)
+    unit = HBAR**2 / (2 * MU)
+
+    def angular(x, at, constant):  # V_eta of which x is a solution
+        return constant + unit * dd(x, 0, 0)(at) / x(at)
+
+    def radial(x, at, constant, energy):  # V_alpha of which x is a solution, with 2 mu c/hbar^2 for (m - l)^2/4
+        return energy + unit * (dd(x, 0, 0)(at) / x(at) + d(x, 0)(at) / (at * x(at))) - constant / at**2
+
+    def wave(*x):
+        alpha, beta, eta, gamma = angles_of(x)
+        return f(alpha) * g(beta) * X(mp.arg(eta)) * Y(mp.arg(gamma))
+
+    alpha, beta, eta, gamma = rng.real(0.6, 1.5), rng.real(0.3, 1.2), *rng.reals(2, -2, 2)
+    V = radial(f, alpha, constants[0], energies[0]) + radial(g, beta, constants[1], energies[1])
+    V += angular(X, eta, constants[0]) / alpha**2 + angular(Y, gamma, constants[1]) / beta**2
+    x = c.alpha_beta(alpha, beta, eta, gamma)
+    return sum(energies), -unit * laplacian(wave, x) / wave(*x) + V
 
 
 @states(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mpmath import cos, cosh, exp, mp, mpf, sin, sinh, sqrt
 
 from . import charts as c
-from .numerics import along, square
+from .numerics import along, jacobian, metric, square
 from .record import Chapter
 
 SECTION7 = Chapter("Section 7: generators and the breathing top")
@@ -271,6 +271,23 @@ for k, label in enumerate(("EQ6.13", "EQ6.14", "EQ6.15")):
         (q, v), extra = point(rng), rng.real(-0.5, 1)
         delta = along(lambda *q: [sqrt(c.determinant(GROUP(*q)))], q, v)[0]
         return square(along(GROUP, q, v)) / 2 + extra * delta**2, top_forms(q, v, extra)[k]
+
+
+@states("EQ6.13, motion", "its kinetic energy on the body is (|p|^2 - c (q.p)^2/((1 + c) |q|^2))/2mu")
+def _(rng):
+    (q, v), extra, mu = point(rng), rng.real(-0.5, 1), rng.real(0.5, 2)
+
+    def body(a, *angles):  # the affine body of the same coordinates, delta = rho
+        return c.euler_section7(exp(a / 2), *angles)
+
+    place = body(*q)
+    G = metric(body, q)
+    G[0, 0] += extra * exp(q[0]) / 4  # c ddelta^2
+    velocity = mp.matrix(v)
+    p = mu * mp.inverse(jacobian(body, q)).T * (G * velocity)
+    along_place = sum(x * y for x, y in zip(place, p))
+    kinetic = (square(p) - extra / (1 + extra) * along_place**2 / square(place)) / (2 * mu)
+    return mu / 2 * top_forms(q, v, extra)[0], kinetic
 
 
 def fixed(rng, turn=1):

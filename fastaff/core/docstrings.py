@@ -303,6 +303,10 @@ PARAMETERS = {
         z : array_like, shape (8, ...)
             Phase points of the body: a1, a2, b1, b2, then their momenta.
         """,
+    "torus_chart": """
+        chart : Chart or str, optional
+            Coordinates in which the model separates, as in `action_angles`. Not supported: `ELLIPTIC`.
+        """,
     "torus_guess": """
         guess : array_like, shape (8,) or (8, orbits), optional
             Phase point in the intended potential well, if the effective potentials have several wells.
@@ -333,8 +337,8 @@ PARAMETERS = {
         """,
     "quantum_chart": """
         chart : Chart, optional
-            Coordinates in which the body separates and whose quantum numbers label the levels: `ALPHA_BETA` or
-            `R_VARTHETA`. Default: the first of the two in which it separates.
+            Coordinates in which the body separates and whose quantum numbers label the levels: `ALPHA_BETA`,
+            `R_VARTHETA` or `ELLIPTIC`. Default: the first of these in which it separates.
         """,
     "levels_tolerance": """
         tolerance : float, default 1e-10

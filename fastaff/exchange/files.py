@@ -32,7 +32,7 @@ from ..systems.formulas import space_formula
 from ..systems.formulas.iterated_map import remade
 from ..systems.models import angles, sections
 from ..systems.molecules import pair_sums
-from ..tori import families, separation
+from ..tori import families, r4_charts, separation
 from .tables import exported
 
 METADATA = "metadata"
@@ -433,7 +433,7 @@ _MARKS: dict[str, Callable[[Any, dict[str, np.ndarray]], Any]] = {
 def _classes() -> dict[str, type]:
     """The package's classes of values by name: models, potentials, functions, sections, angles, indicators, schemes."""
     values = models, models.functions, sections, angles, indicators, own_indicator, schemes
-    modules = *values, molecules, pair_sums, space_formula, time_transformed, families, separation
+    modules = *values, molecules, pair_sums, space_formula, time_transformed, families, r4_charts, separation
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
     return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}
 

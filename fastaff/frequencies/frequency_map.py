@@ -208,7 +208,7 @@ def checked_signals(signals: Any, model: Any) -> Any:
     """Return `signals`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
     system = system_of(model)
     chosen: Any = getattr(model, "angles", None) if signals is None else signals
-    if signals is None and (chosen is None or (any(chosen.planes) and not system.isotropic)):
+    if signals is None and (chosen is None or (any(chosen.planes) and not system.conserves_spins)):
         return Plain(system.names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(

@@ -437,14 +437,13 @@ def _left(model: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.nda
     It is bounded and, with the margin as a factor, goes through 0 at a wall too thin for the grid: its contours are
     smooth.
     """
-    m, l = state.symmetry
     with np.errstate(all="ignore"):
         A = alpha**2
         B = beta**2
         margin = np.broadcast_to(model.potential.margin(A, B), A.shape)
         V = model.potential.value(A, B)
-        for number, square in ((m - l, A), (m + l, B)):
-            V = V + (number * state.hbar) ** 2 / (8 * model.mu * square) if number else V
+        for K, square in zip(state.symmetry.K, (A, B), strict=True):
+            V = V + K * state.hbar**2 / (2 * model.mu * square) if K else V
         height = np.tanh((V - state.energy) / max(abs(state.energy), 1e-300))
         return np.where(margin > 0, np.where(np.isnan(height), 1.0, height) * margin, TINY - margin)
 

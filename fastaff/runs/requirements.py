@@ -401,7 +401,7 @@ def checked_system(model: Any, name: str = "model", needs: str = "equations") ->
     check_kind(model, name, needs)
     if len(set(system.row_names)) < len(system.row_names):
         raise ValueError(f"{titled(name, model)} must have different names of its rows, got {listed(system.row_names)}")
-    body = system.planar
+    body = system.planar or system.breathes
     if body and not is_value(model.potential):
         raise TypeError(
             f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {shown(model.potential)}"
@@ -418,6 +418,8 @@ def checked_system(model: Any, name: str = "model", needs: str = "equations") ->
         raise ValueError(f"{name} has a parameter beyond {LARGEST:g}, whose square overflows: {shown(model)}")
     if hasattr(model, "potential") and hasattr(model, "mu") and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {shown(model.mu)}")
+    if system.breathes and not model.breathing > -1:
+        raise ValueError(f"{name}.c must be above -1 for a positive kinetic energy, got {shown(model.breathing)}")
     if system.driven:
         _check_drive(name, system)
     _evaluated(name, system)

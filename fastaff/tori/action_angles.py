@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Callback
+from ..core.numbers import Callback, checked_callback
 from ..core.status import Status, describe, of_single
 from ..engine.packing import launch, units
 from ..engine.threads import checked_threads
@@ -23,8 +23,11 @@ from ..systems.models.contracts import SeparableModel
 from .closed_oscillators import closed_form
 from .kernels import closed as tori_closed
 from .kernels import quadrature as tori_quadrature
+from .kernels.central import RadialMotion
 from .kernels.closed import TURN, Tori
-from .separation import Separated, separate
+from .r4_charts import R4Separated
+from .r4_tori import assembled, r4_tori, unknown_radial
+from .separation import Separated, separate_anywhere
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,8 @@ class ActionAngles(Result):
     Attributes
     ----------
     names : tuple of str
-        Rows: the two coordinates of the chart, then phi and psi, or eta and gamma if an angle has a potential.
+        Rows: the two coordinates of the chart, then phi and psi, or eta and gamma if an angle has a potential. In the
+        charts of R^4, the four coordinates of the chart.
     J : ndarray, shape (4, orbits)
         Actions, the closed integrals of p dq.
     nu : ndarray, shape (4, orbits)
@@ -57,12 +61,12 @@ class ActionAngles(Result):
     status : ndarray of int, shape (orbits,)
         `Status` of each orbit.
     nu_eta, nu_gamma : ndarray, shape (orbits,)
-        Frequencies of the primitive cycles of eta and gamma, in cycles per unit time.
+        Frequencies of the primitive cycles of eta and gamma, in cycles per unit time. NaN in the charts of R^4.
     theta_eta, theta_gamma : ndarray, shape (orbits,)
-        Angles of the primitive cycles of eta and gamma, in cycles.
+        Angles of the primitive cycles of eta and gamma, in cycles. NaN in the charts of R^4.
     separated : object
         The body in its chart of separation.
-    regular_turning_points : ndarray, shape (2, 2, orbits)
+    regular_turning_points : ndarray, shape (2, 3, orbits) or (4, 2, orbits)
         Turning points in the regular variables of the coordinates; `turning_points` has the coordinates themselves.
     """
 
@@ -80,7 +84,7 @@ class ActionAngles(Result):
     nu_gamma: Annotated[np.ndarray, along("orbit", unit="cycles/time")]
     theta_eta: Annotated[np.ndarray, along("orbit", unit="cycles")]
     theta_gamma: Annotated[np.ndarray, along("orbit", unit="cycles")]
-    separated: Separated
+    separated: Separated | R4Separated
     regular_turning_points: Annotated[np.ndarray, along("coordinate", "end", "orbit")]
 
     def summary(self) -> str:
@@ -105,21 +109,21 @@ class ActionAngles(Result):
 
     @property
     def turning_points(self) -> np.ndarray:
-        """Turning points of both coordinates, shape (2, 2, orbits).
+        """Turning points of both coordinates, shape (2, 2, orbits); of all four, (4, 2, orbits), in the charts of R^4.
 
-        The least and largest values identify the potential well of an orbit.
+        The least and largest values identify the potential well of an orbit. Those of an azimuth are 0 and 2 pi.
         """
         return self.separated.turning_points(self.regular_turning_points[:, :2])
 
     @property
     def J_eta(self) -> np.ndarray:
-        """Action of the primitive cycle of eta, shape (orbits,)."""
-        return (self.J[2] - self.J[3]) / 2 if self.separated.isotropic else self.J[2]
+        """Action of the primitive cycle of eta, shape (orbits,). NaN in the charts of R^4."""
+        return self.separated.plane_actions(self.J)[0]
 
     @property
     def J_gamma(self) -> np.ndarray:
-        """Action of the primitive cycle of gamma, shape (orbits,)."""
-        return (self.J[2] + self.J[3]) / 2 if self.separated.isotropic else self.J[3]
+        """Action of the primitive cycle of gamma, shape (orbits,). NaN in the charts of R^4."""
+        return self.separated.plane_actions(self.J)[1]
 
 
 @coerces_arguments(z0=starts_of)
@@ -137,15 +141,16 @@ def action_angles(
 
     Parameters
     ----------
-    model : Body or StackelBody
+    model : Body, StackelBody or BreathingBody
         Body with a separable potential: `Harmonic`, `Anharmonic`, `Hyperelastic`, `HeavyTop`, `SeparableAlphaBeta`,
         `SeparableRVartheta`, `SeparableElliptic`, or a user-defined one with a property ``alpha_beta``, ``r_vartheta``
         or ``elliptic``.
     z0 : array_like, shape (8,) or (8, orbits)
         Phase points: a1, a2, b1, b2, then their momenta.
     chart : Chart or str, optional
-        Coordinates of separation: `ALPHA_BETA`, `R_VARTHETA` or `ELLIPTIC`. Default: the first of these in which the
-        body separates.
+        Coordinates of separation: `ALPHA_BETA`, `R_VARTHETA` or `ELLIPTIC`; `SPHERICAL` if V depends on r alone; if V
+        is harmonic, also `SPHERICAL_CARTESIAN`, `POLAR_POLAR`, `POLAR_CARTESIAN` and `CARTESIAN`. Default: the first
+        of these in which the body separates.
     {threads}
     {callback}
 
@@ -165,8 +170,8 @@ def action_angles(
 
     Notes
     -----
-    - Method: J, dE/dJ and dS/dJ are quadratures over the phase between the turning points. Oscillators with walls have
-      closed forms.
+    - Method: J, dE/dJ and dS/dJ are quadratures over the phase between the turning points. Oscillators with walls, and
+      all angles of the charts of R^4, have closed forms.
     - Accuracy: spectral, with 16 to 2048 points. The relative error of nu is 1e-14 in the median and 1e-12 for 99 % of
       random orbits.
     - ``UNBOUND``: J, nu and theta are NaN.
@@ -187,9 +192,18 @@ def action_angles(
     >>> tori.omega[:3, 0].round(9)
     array([2., 2., 1.])
     """
-    separated = separate(model, chart)
+    separated = separate_anywhere(model, chart)
     z = phase_points("z0", z0, current_system(model))
     n = z.shape[1]
+    if isinstance(separated, R4Separated):
+        found = None if separated.body.stiffness > 0 else unknown_radial(n)
+        checked_threads(threads)
+        with partial_result_on_interrupt("action_angles", lambda: _in_r4(separated, z, found)):
+            if found is not None:
+                r4_tori(separated, z, found, threads, callback)
+            elif (report := checked_callback(callback)) is not None:
+                report(1.0)
+        return _in_r4(separated, z, found)
     J, nu, theta, constants = np.full((4, 4, n), np.nan)
     turning = np.full((2, 3, n), np.nan)
     error = np.full(n, np.nan)
@@ -203,7 +217,7 @@ def action_angles(
         else:
             angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
             terms = *separated.terms(), *separated.angular_terms()
-            arguments = separated.family.number, *terms, separated.mu, angular, out
+            arguments = separated.family.number, *terms, separated.mu, separated.radial_mu, angular, out
             run_kernel(tori_quadrature.tori_by_quadrature, arguments, n, tori_quadrature.UNIT, threads, callback)
     return _assembled(separated, out)
 
@@ -236,6 +250,30 @@ def _assembled(separated: Separated, out: Tori) -> ActionAngles:
         theta_gamma=theta_gamma,
         separated=separated,
         regular_turning_points=turning,
+    )
+
+
+def _in_r4(separated: R4Separated, z: np.ndarray, found: RadialMotion | None) -> ActionAngles:
+    """Return tori in a chart of R^4, from the radial motions, or without them in closed form."""
+    tori = assembled(separated, z, found)
+    nu_eta, nu_gamma, theta_eta, theta_gamma = np.full((4, z.shape[1]), np.nan)
+    return ActionAngles(
+        names=separated.names,
+        J=tori.J,
+        nu=tori.nu,
+        theta=tori.theta,
+        energy=separated.energy(tori.constants),
+        constant_names=separated.constants,
+        constants=tori.constants,
+        region=np.sign(_momenta(z)).astype(np.int8),
+        error=tori.error,
+        status=tori.status,
+        nu_eta=nu_eta,
+        nu_gamma=nu_gamma,
+        theta_eta=theta_eta,
+        theta_gamma=theta_gamma,
+        separated=separated,
+        regular_turning_points=tori.turning,
     )
 
 

@@ -54,14 +54,14 @@ def closed_points(separated: Separated, actions: np.ndarray, theta: np.ndarray) 
     planes = isinstance(second, Oscillator)
     (L_a, L_b), ratios = _barriers(separated, p_eta, p_gamma)
     if planes:
-        A, pA, psi_a, chi_a = _swing(J1, L_a, np.sqrt(mu * first.k), TURN * theta[0])
-        B, pB, psi_b, chi_b = _swing(J2, L_b, np.sqrt(mu * second.k), TURN * theta[1])
+        A, pA, psi_a, chi_a = swing(J1, L_a, np.sqrt(mu * first.k), TURN * theta[0])
+        B, pB, psi_b, chi_b = swing(J2, L_b, np.sqrt(mu * second.k), TURN * theta[1])
         turn_a = psi_a - chi_a / 2
         turn_b = psi_b - chi_b / 2
     else:
         Lambda = J2 / np.pi + L_a + L_b
         outer = np.sqrt(Lambda * Lambda + 2 * mu * first.c)
-        r, p_r, psi, chi_r = _swing(J1, outer, np.sqrt(mu * first.k), TURN * theta[0])
+        r, p_r, psi, chi_r = swing(J1, outer, np.sqrt(mu * first.k), TURN * theta[0])
         chi = TURN * theta[1] + 2 * Lambda / outer * (psi - chi_r / 2)
         # s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2, and l^2 as a product: no cancellation for small J.
         x = J2 / np.pi
@@ -104,7 +104,7 @@ def _between(product: np.ndarray, middle: np.ndarray, amplitude: np.ndarray, chi
     return product / (middle + amplitude) + 2 * amplitude * np.sin(chi / 2) ** 2
 
 
-def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray) -> tuple[np.ndarray, ...]:
+def swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return s, root = s-momentum, psi and chi of an oscillator's plane (or of r) of action J and effective momentum
     Lambda.
     """
@@ -119,7 +119,7 @@ def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray)
 def closed_form(separated: Separated) -> tuple[Any, tuple[float, ...]] | None:
     """Return the kernel and parameters of a closed form, where there is one."""
     first, second = separated.functions
-    if not separated.isotropic:
+    if not separated.isotropic or separated.breathing:
         return None
     if (
         isinstance(first, Oscillator)

@@ -20,7 +20,7 @@ class MotionQuantities(NamedTuple):
     """The quantities from which the constants of motion of phase points (orbits,) are made.
 
     A = alpha^2, B = beta^2; kinetic energies of the planes; h = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu); V, the
-    potential without those of the angles; V_eta, V_gamma: these, or None.
+    potential without those of the angles; V_eta, V_gamma: these, or None; breathing: the kinetic energy less T_a + T_b.
     """
 
     A: np.ndarray
@@ -31,6 +31,7 @@ class MotionQuantities(NamedTuple):
     V: np.ndarray
     V_eta: np.ndarray | None
     V_gamma: np.ndarray | None
+    breathing: Any = 0.0
 
     @property
     def walls(self) -> tuple[Any, Any]:
@@ -101,7 +102,8 @@ class RVarthetaFamily:
         wall_a, wall_b = at.walls
         vartheta = 2 * np.arctan2(np.sqrt(at.B), np.sqrt(at.A))
         h_vartheta = at.h + second.value(vartheta) + r * (wall_a + wall_b)
-        return {"E": at.T_a + at.T_b + first.value(r) + (h_vartheta - at.h) / r, "h_vartheta": h_vartheta}
+        E = at.T_a + at.T_b + at.breathing + first.value(r) + (h_vartheta - at.h) / r
+        return {"E": E, "h_vartheta": h_vartheta}
 
 
 @dataclass(frozen=True)

@@ -18,14 +18,28 @@ from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.requirements import and_others, current_system, phase_points
 from ..systems.charts.chart import Chart
+from ..systems.models import Zero
 from ..systems.models.contracts import SeparableModel
 from ..systems.models.mechanics import System
 from .action_angles import run_kernel, to_spin
 from .closed_oscillators import closed_energy, closed_form, closed_points
+from .families import R_VARTHETA_FAMILY
 from .kernels import inverse as tori_inverse
 from .kernels import quadrature as tori_quadrature
 from .kernels.closed import TURN
-from .separation import Separated, separate
+from .r4_charts import R4Separated
+from .r4_inverse import (
+    RadialPlaces,
+    gathered,
+    harmonic_energy,
+    harmonic_places,
+    line_points,
+    momenta_of_actions,
+    split_rows,
+    subspace_points,
+)
+from .r4_tori import elements_of, r4_tori, unknown_radial
+from .separation import Separated, separate_anywhere
 
 LARGEST_ACTION = 1e150
 """Actions whose squares are numbers."""
@@ -47,12 +61,13 @@ def from_action_angles(
     Parameters
     ----------
     model : Body
-        Body with a doubly isotropic potential that separates in (alpha, beta) or (r, vartheta).
+        Body with a doubly isotropic potential that separates in (alpha, beta), (r, vartheta) or a chart of R^4.
     J : array_like, shape (4,) or (4, orbits)
-        Actions of the two coordinates, at least 0, then J_phi and J_psi.
+        Actions of the two coordinates, at least 0, then J_phi and J_psi. In the charts of R^4, actions of its four
+        coordinates; only those of azimuths may be negative.
     theta : array_like, shape (4,) or (4, orbits)
         Angles in cycles. A single column of J or theta is used for all columns of the other.
-    {chart}
+    {torus_chart}
     {torus_guess}
     {threads}
 
@@ -101,10 +116,14 @@ def from_action_angles(
         )
     actions = np.ascontiguousarray(np.broadcast_to(actions, (4, n)))
     angles = np.array(np.broadcast_to(angles, (4, n)))
-    angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
-    separated = separate(model, chart)
+    separated = separate_anywhere(model, chart)
     well = _well(current_system(model), guess, n)
     threads = checked_threads(threads)
+    if isinstance(separated, R4Separated):
+        with partial_result_on_interrupt("from_action_angles", lambda: np.full((8, n), np.nan)):
+            z = _r4_points(separated, actions, np.mod(angles, 1.0), well, threads)
+        return z[:, 0] if single else z
+    angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
     if closed_form(separated) is not None:
         z = closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
         return z[:, 0] if single else z
@@ -151,10 +170,11 @@ def energy_of_actions(
     Parameters
     ----------
     model : Body
-        Body with a doubly isotropic potential that separates in (alpha, beta) or (r, vartheta).
+        Body with a doubly isotropic potential that separates in (alpha, beta), (r, vartheta) or a chart of R^4.
     J : array_like, shape (4,) or (4, orbits)
-        Actions of the two coordinates, at least 0, then J_phi and J_psi.
-    {chart}
+        Actions of the two coordinates, at least 0, then J_phi and J_psi. In the charts of R^4, actions of its four
+        coordinates; only those of azimuths may be negative.
+    {torus_chart}
     {torus_guess}
     {threads}
 
@@ -189,15 +209,21 @@ def energy_of_actions(
     np.float64(0.397887358)
     """
     actions = _rows("J", J)
-    separated = separate(model, chart)
+    separated = separate_anywhere(model, chart)
     well = _well(current_system(model), guess, actions.shape[1])
     threads = checked_threads(threads)
 
     def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
-        to_spin(nu, 0.5)
+        if not isinstance(separated, R4Separated):
+            to_spin(nu, 0.5)
         which = 0 if np.ndim(J) == 1 else slice(None)
         return EnergyOfActions(names=separated.names, energy=energy[which], nu=nu[:, which], status=status[which])
 
+    if isinstance(separated, R4Separated):
+        out = _unknown(actions.shape[1])
+        with partial_result_on_interrupt("energy_of_actions", lambda: found(*out)):
+            _fill_r4_energy(separated, actions, out, well, threads)
+        return found(*out)
     if closed_form(separated) is not None:
         energy, nu = closed_energy(separated, _checked_actions(separated, actions))
         return found(nu, energy, np.zeros(energy.size, np.int64))
@@ -234,7 +260,9 @@ def _rows(name: str, given: ArrayLike) -> np.ndarray:
 def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     """Return rows J_1, J_2 >= 0, p_eta, p_gamma of actions J_1, J_2, J_phi, J_psi."""
     if not separated.isotropic or not separated.family.invertible:
-        raise ValueError("model must be doubly isotropic and chart alpha-beta or r-vartheta for the inverse")
+        raise ValueError(
+            "model must be doubly isotropic and chart alpha-beta or r-vartheta, or one of R^4, for the inverse"
+        )
     if np.any(J[:2] < 0):
         raise ValueError(f"J of {' and '.join(separated.names[:2])} must not be negative, got {J[:2].min()}")
     if not np.all(np.abs(J) < LARGEST_ACTION):
@@ -263,7 +291,7 @@ def _invert(
     wells = np.ones(n, np.int64)
     nu, energy, status = out
     sought = tori_inverse.Sought(spins, theta, start, z, nu, energy, wells, status)
-    arguments = separated.family.number, *separated.terms(), separated.mu, sought
+    arguments = separated.family.number, *separated.terms(), separated.mu, separated.radial_mu, sought
     run_kernel(tori_inverse.torus_points, arguments, n, tori_quadrature.UNIT, threads, None)
     several = np.flatnonzero(wells > 1)
     if several.size and guess is None:
@@ -272,6 +300,86 @@ def _invert(
             "Pass a phase point in one of them."
         )
     return status
+
+
+def _r4_points(
+    separated: R4Separated, J: np.ndarray, theta: np.ndarray, guess: np.ndarray | None, threads: int | None
+) -> np.ndarray:
+    """Return the phase points (8, n) of actions and angles in a chart of R^4."""
+    _check_r4_actions(separated, J)
+    parts = []
+    rows = split_rows(separated, J), split_rows(separated, theta)
+    for space, actions, angles in zip(separated.family.subspaces, *rows, strict=True):
+        if space.dimension == 1:
+            parts.append(line_points(separated, actions, angles))
+            continue
+        L = momenta_of_actions(actions)[-1]
+        if separated.body.stiffness > 0:
+            places = harmonic_places(separated, actions[0], L, angles[0])
+        else:
+            places = _central_places(separated, J, L, angles[0], guess, threads)
+        parts.append(subspace_points(space, actions, angles, places))
+    return gathered(separated, parts)
+
+
+def _as_r_vartheta(separated: R4Separated, J: np.ndarray, L: np.ndarray) -> tuple[Separated, np.ndarray]:
+    """Return a central body in (r, vartheta), and the actions there of tori with J_r and L and p_eta = p_gamma = 0."""
+    central = Separated(R_VARTHETA_FAMILY, (separated.body.potential, Zero()), (Zero(), Zero()), separated.mu)
+    return central, np.array([J[0], TURN / 2 * L, np.zeros_like(L), np.zeros_like(L)])
+
+
+def _central_places(
+    separated: R4Separated,
+    J: np.ndarray,
+    L: np.ndarray,
+    theta: np.ndarray,
+    guess: np.ndarray | None,
+    threads: int | None,
+) -> RadialPlaces:
+    """Return the places of the radial motion of a central body, from tori of the same radial motion in (r, vartheta).
+
+    Raises ValueError if there is no torus.
+    """
+    central, actions = _as_r_vartheta(separated, J, L)
+    n = L.size
+    z = np.full((8, n), np.nan)
+    angles = np.zeros((4, n))
+    angles[0] = theta
+    _refuse_failed(J, _invert(central, actions, angles, z, _unknown(n), guess, threads))
+    radial = unknown_radial(n)
+    r4_tori(separated, z, radial, threads, None)
+    q, p = elements_of(z)
+    return RadialPlaces((q**2).sum(axis=0), (q * p).sum(axis=0), radial.swept)
+
+
+def _fill_r4_energy(
+    separated: R4Separated,
+    J: np.ndarray,
+    out: tuple[np.ndarray, np.ndarray, np.ndarray],
+    guess: np.ndarray | None,
+    threads: int | None,
+) -> None:
+    """Fill gradients, energies and statuses of the tori of actions in a chart of R^4."""
+    _check_r4_actions(separated, J)
+    nu, energy, status = out
+    if separated.body.stiffness > 0:
+        energy[:], nu[:] = harmonic_energy(separated, J)
+        status[:] = Status.OK
+        return
+    central, actions = _as_r_vartheta(separated, J, momenta_of_actions(J)[-1])
+    _invert(central, actions, np.empty((4, 0)), np.empty((8, 0)), out, guess, threads)
+    # J_vartheta = pi L there, and 2 pi L is the sum of J_lambda, J_mu and |J_nu|.
+    nu[1:] = nu[1] / 2 * np.where(J[1:] < 0, -1.0, 1.0)
+
+
+def _check_r4_actions(separated: R4Separated, J: np.ndarray) -> None:
+    """Refuse negative actions of coordinates that librate, and those whose squares are no numbers."""
+    librating = ~np.array(separated.family.rotating)
+    if np.any(J[librating] < 0):
+        names = [name for name, kept in zip(separated.names, librating, strict=True) if kept]
+        raise ValueError(f"J of {' and '.join(names)} must not be negative, got {J[librating].min()}")
+    if not np.all(np.abs(J) < LARGEST_ACTION):
+        raise ValueError(f"J must be below {LARGEST_ACTION:g} in size, got {shown(J)}")
 
 
 def _refuse_failed(J: np.ndarray, status: np.ndarray) -> None:

@@ -140,7 +140,7 @@ def signals(system: System, t: np.ndarray, z: np.ndarray) -> TorusSignals:
     n = system.n
     size = [np.sqrt((part**2).sum(axis=0).mean()) or 1.0 for part in (z[:n], z[n:])]
     librations, names, unknown = _lattice(system, t, z, size[0])
-    if system.isotropic:
+    if system.conserves_spins:
         found = _plane_signals(t, z, size, librations)
     else:
         loops = z[:n] / size[0] - 1j * z[n:] / size[1]
@@ -186,7 +186,7 @@ def _loops(system: System, z: np.ndarray, size: float) -> tuple[np.ndarray, list
     """Return the loops Q - c - i kappa P of the librations that move, (loops, samples), and their names."""
     n = system.n
     angles = getattr(system.model, "angles", None)
-    if angles is None or (any(angles.planes) and not system.isotropic):
+    if angles is None or (any(angles.planes) and not system.conserves_spins):
         pairs = [(z[i], z[n + i]) for i in range(n)]
         names = list(system.model.coordinates)
     else:
@@ -213,7 +213,7 @@ def _lattice(system: System, t: np.ndarray, z: np.ndarray, size: float) -> tuple
     loops, names = _loops(system, z, size)
     if not len(loops):
         return np.zeros(0), (), 0
-    rank = 2 if system.isotropic else system.n
+    rank = 2 if system.conserves_spins else system.n
     for lines in LINES:  # many multiples of one strong frequency can hide the second one
         found = _lines(loops, t[1] - t[0], t[-1], lines)
         lattice = generators(found.nu, found.error, rank)

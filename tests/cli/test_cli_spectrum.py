@@ -47,7 +47,7 @@ def rows(text):
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--chart", "r-theta"], "Did you mean r-vartheta?"),
         (
             [*HYPERELASTIC, "--m", "0", "--l", "0", "--chart", "alpha-beta"],
-            "chart must be one that Hyperelastic separates in",
+            "chart must separate Hyperelastic in two coordinates",
         ),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--tolerance", "-1"], "tolerance must be positive"),
         ([*HYPERELASTIC, "--tolerance", "0"], "tolerance must be positive"),

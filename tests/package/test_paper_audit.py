@@ -101,7 +101,7 @@ def test_every_formula_holds_as_printed_or_as_corrected(findings):
 
 def test_no_formula_is_lost(findings):
     count = Counter(finding.verdict for finding in findings.values())
-    assert count == {"holds": 193, "holds with a reading": 17, "corrected": 62, "definition": 23}
+    assert count == {"holds": 198, "holds with a reading": 17, "corrected": 62, "definition": 23}
 
 
 @pytest.mark.parametrize("erratum", ERRATA)

@@ -133,6 +133,6 @@ def test_singular_ends_without_an_exponent(seed):
         found = (
             radial("V", Plain(V), 2, np.array([float(a * a)]), count, 1.0, 1.0, tolerance)
             if seed % 2
-            else angular("V", Plain(wall), np.zeros(1), np.array([a]), count, 1.0, 1.0, tolerance)
+            else angular("V", Plain(wall), np.zeros(1), np.array([a**2]), count, 1.0, 1.0, tolerance)
         )
         assert np.all(np.abs(found.values[0] - truth) <= found.error[0] + 1e-9 * truth)

@@ -316,7 +316,7 @@ def test_other_wrong_input():
         spectrum(Body(Harmonic(), -1.0), m=0, l=0, count=1)
     with pytest.raises(ValueError, match="m is for a Body alone, HenonHeiles takes none"):
         spectrum(HenonHeiles(), m=0, l=0, count=1)
-    with pytest.raises(TypeError, match="angular potentials"):
+    with pytest.raises(ValueError, match="angular potentials"):
         spectrum(StackelBody(Harmonic(), univariate(lambda angle: np.cos(angle)), Zero()), m=0, l=0, count=1)
     with pytest.raises(ValueError, match="above 1200"):
         radial("V", QUARTIC, 2, np.zeros(1), 1200, 1.0, 1.0, 1e-12)

@@ -388,7 +388,7 @@ def level(**change):
         (
             {"model": StackelBody(Harmonic(), univariate(lambda eta: np.cos(eta)), Zero())},
             ValueError,
-            "doubly isotropic",
+            "angular potentials",
         ),
     ],
     ids=str,

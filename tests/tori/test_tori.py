@@ -598,7 +598,7 @@ def test_wrong_input_is_named():
         (lambda: action_angles(Body(NeoHookean()), z), "model must be separable, got a Body of NeoHookean"),
         (
             lambda: action_angles(body, z, chart=ALPHA_BETA),
-            "chart must be one that Hyperelastic separates in, r-vartheta",
+            r"chart must separate Hyperelastic \(r-vartheta\), got 'alpha-beta'",
         ),
         (lambda: action_angles(body, z[:7]), "z0 must have shape"),
         (lambda: action_angles(body, z, threads=0), "threads must be at least 1"),

@@ -71,7 +71,7 @@ def energy_levels(
     hbar
         Planck's constant over 2 pi, in the units of the actions. [1]
     chart
-        alpha-beta or r-vartheta, for quantum numbers of bodies that separate in both. [the first]
+        alpha-beta, r-vartheta or elliptic, for quantum numbers of bodies that separate in several. [the first]
     double_cover
         Take m + l odd too: functions on the double covering of GL(2,R).
     tolerance
@@ -89,7 +89,7 @@ def energy_levels(
     _for_bodies(vibration, m, l, chart, max_energy, scan, states, density_chart, double_cover or None)
     classes = _classes(m, l, double_cover)
     if chart is not None:
-        named("--chart", chart, ("alpha-beta", "r-vartheta"))
+        named("--chart", chart, ("alpha-beta", "r-vartheta", "elliptic"))
     _chart(density_chart)
     if scan is not None and classes is None:
         raise OptionError("--scan needs --m and --l, the classes whose levels are followed")

@@ -16,6 +16,7 @@ from ...results.progress import says_progress
 from ...results.result import Drawable
 from ...systems.charts import ALPHA_BETA
 from ..packets.coherent_packet import plane_widths
+from ..states.angle_states import AngularClass
 from ..states.factors import PlaneFactor
 from ..states.state import State
 from ..states.vibration_state import VibrationState
@@ -207,6 +208,8 @@ def husimi(
         return _of_vibration(state, width)
     if not isinstance(state, State):
         raise TypeError(f"state must be a State, of `wavefunction` or `LevelTable.state`, got {type(state).__name__}")
+    if isinstance(state.symmetry, AngularClass):
+        raise ValueError("state must have m and l to have a Husimi function, got one of a body with angular potentials")
     m, l = state.symmetry
     if not state.symmetry.single_valued:
         raise ValueError(f"state must be single-valued (m + l even) to have a Husimi function, got m = {m}, l = {l}")

@@ -38,6 +38,8 @@ remaining distance, so that its error is of second order.
 
 def is_vibration(model: Any) -> bool:
     """Return whether a system is no body and has a kinetic energy quadratic in the momenta."""
+    if hasattr(model, "breathing"):  # a body too, not of the form T(p) + V(q)
+        return False
     system = checked_system(model, needs="H = T(p) + V(q)")
     return not system.planar and system.quadratic
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator
 from itertools import count
 from typing import Any
@@ -37,26 +38,36 @@ def _classes(energy: Energy, top: float, step: int) -> Iterator[tuple[int, int, 
         for eta in count(parity, 2):
             found_any = False
             for gamma in count(parity, 2):
-                lengths = list(_lengths(energy, top, eta, gamma))
-                if not lengths:
+                m = (gamma + eta) // 2
+                l = (gamma - eta) // 2
+                n = rows_below(functools.partial(_in_class, energy, m, l), top)
+                if not n.size:
                     break
                 found_any = True
-                inside = np.arange(max(lengths))[:, None] < np.array(lengths)
-                yield eta, gamma, np.array(np.nonzero(inside))
+                yield eta, gamma, n
             if not found_any:
                 break
 
 
-def _lengths(energy: Energy, top: float, eta: int, gamma: int) -> Iterator[int]:
-    """Yield the number of n1 below `top` for n2 = 0, 1, ... of a class, as long as there are any."""
-    m = (gamma + eta) // 2
-    l = (gamma - eta) // 2
+def _in_class(energy: Energy, m: int, l: int, n: np.ndarray) -> np.ndarray:
+    """Return E (levels,) of n (2, levels) in one class."""
+    return energy(n, m, l)
+
+
+def rows_below(energy: Callable[[np.ndarray], np.ndarray], top: float) -> np.ndarray:
+    """Return n (2, levels), n1 first, of all levels of a class below `top`; energy(n): E, NaN where there is none."""
+    lengths = list(_lengths(energy, top))
+    return np.array(np.nonzero(np.arange(max(lengths, default=0))[:, None] < np.array(lengths, int)))
+
+
+def _lengths(energy: Callable[[np.ndarray], np.ndarray], top: float) -> Iterator[int]:
+    """Yield the number of n1 below `top` for n2 = 0, 1, ..., as long as there are any."""
     for n2 in count():
         length = 0
         size = 8
         while True:
             n1 = np.arange(length, length + size)
-            inside = top > energy(np.array([n1, np.full_like(n1, n2)]), m, l)
+            inside = top > energy(np.array([n1, np.full_like(n1, n2)]))
             length += size if inside.all() else int(np.argmin(inside))
             if not inside.all():
                 break

@@ -11,13 +11,15 @@ from ...core.docstrings import inserts_parameters
 from ...core.names import named
 from ...core.numbers import flag, listed, positive, real, shown, text, whole
 from ...results.calls import records_call
+from ...runs.requirements import current_system
 from ...systems.charts import Chart
 from ...systems.models.contracts import Dynamics, SeparableModel
 from ...tori.inverse_tori import LARGEST_ACTION, energy_of_actions
 from ...tori.separation import separate
 from ..states.level_table import LevelTable
 from ..states.modes import WAYS
-from ..states.symmetry import checked_numbers
+from ..states.symmetry import checked_numbers, refuse_spins
+from .angular_tori import AngularTori, angular_quanta
 from .mode_tori import bodies_alone, is_vibration, mode_levels
 from .numbers_below import numbers_below
 
@@ -53,13 +55,15 @@ def quasiclassical_levels(
 
     Parameters
     ----------
-    model : Body or model
-        A separable body, or a vibration: another system H = p.W p/2 + V(q) of one to three coordinates.
+    model : Body, StackelBody or model
+        A separable body, also with angular potentials, or a vibration: another system H = p.W p/2 + V(q) of one to
+        three coordinates.
     n : array_like of int, shape (2,) or (2, levels), optional
-        Quantum numbers of the two coordinates in the order of the chart, at least 0. For a vibration, quantum numbers
-        of its modes, shape (modes,) or (modes, levels). Give `n` or `max_energy`.
+        Quantum numbers of the two coordinates in the order of the chart, at least 0. With angular potentials, the
+        numbers of the levels of eta and gamma follow, shape (4,) or (4, levels). For a vibration, quantum numbers of
+        its modes, shape (modes,) or (modes, levels). Give `n` or `max_energy`.
     m, l : int or array_like of int, shape (levels,), optional
-        Quantum numbers of spin and vorticity. Required with `n` for a body and not supported for vibrations.
+        Quantum numbers of spin and vorticity. Required with `n` for a `Body` and not supported for other systems.
     max_energy : float, optional
         Energy below which all levels are computed, ascending.
     maslov : tuple of int, default EBK
@@ -94,6 +98,8 @@ def quasiclassical_levels(
     -----
     - J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l; Newton's method on `fit_torus` for
       vibrations.
+    - Angular potentials: librations of an angle have J = (n + 1/2) h, rotations J = n h. Levels are numbered as those
+      of `spectrum`.
     - EBK is exact for `Harmonic` and `Anharmonic`. For `Hyperelastic` the effective index of vartheta lies between 2
       and 3.
     - ``UNBOUND``: no torus has the actions. ``NOT_CONVERGED``: no torus of a vibration was found, for example beyond a
@@ -122,12 +128,18 @@ def quasiclassical_levels(
         return mode_levels(model, n, max_energy, guess, hbar, way)
     if way != WAYS[0]:
         raise ValueError(f"modes is for vibrations alone, got {shown(modes)}")
-    separate(model, chart)  # refuses a body without tori before its numbers are checked
+    separated = separate(model, chart)  # refuses a body without tori before its numbers are checked
     h = 2 * np.pi * positive("hbar", hbar)
     flagged = flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {shown(maslov)}")
+    if not separated.isotropic or (current_system(model).planar and not current_system(model).isotropic and m is None):
+        refuse_spins(m, l)
+        tori = AngularTori(model, chart, float(hbar), indices, flagged, guess)
+        if (n is None) == (max_energy is None):
+            raise ValueError(f"give either n or max_energy, got n = {shown(n)}, max_energy = {shown(max_energy)}")
+        return tori.levels(angular_quanta(n, tori)) if n is not None else tori.below(real("max_energy", max_energy))
     given = [name for name, value in {"n": n, "m": m, "l": l}.items() if value is not None]
     if max_energy is not None and given:
         raise ValueError(f"max_energy must be None with {listed(given)}, got {shown(max_energy)}")

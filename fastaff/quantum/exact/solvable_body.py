@@ -2,7 +2,7 @@
 
 Solvable are oscillators with walls V = k_alpha alpha^2/2 + c_alpha/alpha^2 + k_beta beta^2/2 + c_beta/beta^2 in (alpha,
 beta), and V = k r/2 + c/r + (c_alpha/cos^2(vartheta/2) + c_beta/sin^2(vartheta/2))/r in (r, vartheta); `Harmonic` and
-`Anharmonic` are both.
+`Anharmonic` are both. With a breathing term they are solvable in (r, vartheta).
 """
 
 from __future__ import annotations
@@ -33,17 +33,23 @@ class SolvableBody(NamedTuple):
     core: float
     mu: float
     hbar: float
+    breathing: float = 0.0
+
+    @property
+    def radial_mu(self) -> float:
+        """mu (1 + c) of a breathing term c."""
+        return self.mu * (1 + self.breathing)
 
     @property
     def kappa(self) -> tuple[float, float]:
         """sqrt(k mu)/hbar of alpha and beta."""
-        first, second = (float(np.sqrt(k * self.mu)) / self.hbar for k in self.k)
+        first, second = (float(np.sqrt(k * self.radial_mu)) / self.hbar for k in self.k)
         return first, second
 
     @property
     def quanta(self) -> np.ndarray:
         """hbar omega of alpha and beta."""
-        return self.hbar * np.sqrt(np.array(self.k) / self.mu)
+        return self.hbar * np.sqrt(np.array(self.k) / self.radial_mu)
 
     def indices(self, m: ArrayLike, l: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return s_alpha = sqrt(((m - l)/2)^2 + 2 mu c_alpha/hbar^2) and s_beta, the exponents at alpha = 0 and beta =
@@ -70,8 +76,9 @@ class SolvableBody(NamedTuple):
         return 2 * np.asarray(n_vartheta) + 1 + s_alpha + s_beta
 
     def radial_index(self, n_vartheta: ArrayLike, m: ArrayLike, l: ArrayLike) -> np.ndarray:
-        """Return 2 epsilon = sqrt(1 + 2 mu (e_vartheta + c)/hbar^2), the index of f_r."""
+        """Return 2 epsilon = sqrt(1 + 2 mu (e_vartheta + c)/hbar^2), the index of f_r, with mu (1 + c) for mu."""
         square = self.angular_index(n_vartheta, m, l) ** 2 + 2 * self.mu * self.core / self.hbar**2
+        square = square + self.breathing * (square - 1)
         if np.any(square < 0):
             raise ValueError(f"model has a core c = {self.core} that attracts below any energy")
         return np.sqrt(square)
@@ -109,7 +116,9 @@ def solvable(model: Any, chart: Any = None, hbar: Any = 1.0) -> SolvableBody:
         found = SolvableBody(separated.family, (first.k, second.k), (first.c, second.c), 0.0, separated.mu, quantum)
     elif isinstance(first, Spring) and isinstance(second, Barriers):
         walls = (second.c_alpha, second.c_beta)
-        found = SolvableBody(separated.family, (first.k, first.k), walls, first.c, separated.mu, quantum)
+        found = SolvableBody(
+            separated.family, (first.k, first.k), walls, first.c, separated.mu, quantum, separated.breathing
+        )
     else:
         raise ValueError(
             f"model must have closed-form states in the {separated.family.chart} chart, such as those of Harmonic and "

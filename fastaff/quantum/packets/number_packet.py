@@ -17,7 +17,7 @@ from ...systems.charts import Chart
 from ...systems.models import Body
 from ..spectra.spectrum import spectrum_table
 from ..states.level_table import LevelTable
-from ..states.quadrature import converged_box, grid_tables
+from ..states.quadrature import converged_box, factors, grid_tables
 from ..states.state import State
 from ..states.symmetry import SymmetryClass, checked_class
 from .packet import Packet
@@ -132,6 +132,10 @@ def labelled_levels(
     count = (most + 1) * (most + 2) // 2 + most + 8  # the number of an oscillator up to there, and some more
     while True:
         tables = spectrum_table(model, m=m, l=l, count=count, hbar=hbar, chart=chart, single_valued=single_valued)
+        if not all(table.separated for table in tables):
+            raise ValueError(
+                "model must have smooth functions of kappa and lambda for quantum numbers, got narrow ones"
+            )
         places = [{(i, j): k for k, (i, j) in enumerate(table.n.T.tolist())} for table in tables]
         if all(pair in place for place in places for pair in pairs):
             return list(zip(tables, places, strict=True))
@@ -140,9 +144,11 @@ def labelled_levels(
 
 def _inner_signs(states: Sequence[State]) -> np.ndarray:
     """Return the signs (states,) of states next to the inner turning points of both factors."""
+    signs = np.ones(len(states))
+    if factors(states, states[0].chart) is None:  # those of the elliptic chart are positive there
+        return signs
     box, orders = converged_box(states)
     grid = box.grid(orders)
-    signs = np.ones(len(states))
     for values, weights in zip(
         grid_tables(states, grid), (grid.weights.sum(axis=1), grid.weights.sum(axis=0)), strict=True
     ):

@@ -21,6 +21,7 @@ from ...core.numbers import function as a_function
 from ...engine.packing import run_points
 from ...systems.charts import ALPHA_BETA, TWO_POLAR, Chart
 from ..kernels.phases import phase_sums
+from ..states.angle_states import AngularClass
 from ..states.quadrature import resolved
 from ..states.state import Product, State, checked_invariants, invariants_of
 from ..states.symmetry import SymmetryClass
@@ -74,9 +75,9 @@ class Packet:
         return float(1 - self.weights.sum())
 
     @property
-    def classes(self) -> dict[SymmetryClass, np.ndarray]:
+    def classes(self) -> dict[SymmetryClass | AngularClass, np.ndarray]:
         """Indices of the states of each symmetry class, a dict of ndarray."""
-        found: dict[SymmetryClass, list[int]] = {}
+        found: dict[SymmetryClass | AngularClass, list[int]] = {}
         for place, state in enumerate(self.states):
             found.setdefault(state.symmetry, []).append(place)
         return {symmetry: np.array(places) for symmetry, places in found.items()}

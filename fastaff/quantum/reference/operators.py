@@ -15,9 +15,21 @@ from numpy.typing import ArrayLike
 from ...core.arrays import checked
 from ...core.differences import FIRST, OFFSETS, SECOND
 from ...core.numbers import listed, positive, shown
-from ...systems.charts import ALPHA_BETA, ALPHA_BETA_PHI_PSI, CARTESIAN, EULER, R_VARTHETA, Chart
-from ...tori.families import ALPHA_BETA_FAMILY
-from ...tori.separation import separate
+from ...systems.charts import (
+    ALPHA_BETA,
+    ALPHA_BETA_PHI_PSI,
+    CARTESIAN,
+    ELLIPTIC,
+    EULER,
+    POLAR_POLAR,
+    R_VARTHETA,
+    SPHERICAL,
+    SPHERICAL_CARTESIAN,
+    Chart,
+)
+from ...tori.families import ALPHA_BETA_FAMILY, ELLIPTIC_FAMILY
+from ...tori.r4_charts import R4Separated
+from ...tori.separation import separate_anywhere
 
 Coefficient = Callable[[np.ndarray], Any]
 
@@ -94,6 +106,11 @@ def _minus_one(q: np.ndarray) -> float:
     return -1.0
 
 
+def _width(q: np.ndarray) -> np.ndarray:
+    """Return 2 (cosh^2(kappa) - cos^2(lambda)), the scale of the elliptic chart, without cancellation."""
+    return 2 * (np.sinh(q[0]) ** 2 + np.sin(q[1]) ** 2)
+
+
 _DELTA: tuple[tuple[Chart, dict[tuple[int, ...], Coefficient]], ...] = (
     (CARTESIAN, {(i, i): _one for i in range(4)}),
     (
@@ -143,6 +160,51 @@ _DELTA: tuple[tuple[Chart, dict[tuple[int, ...], Coefficient]], ...] = (
             (1, 3): lambda q: -8 * np.cos(q[2]) / (q[0] * np.sin(q[2])) ** 2,
         },
     ),
+    (
+        ELLIPTIC,
+        {
+            (0, 0): lambda q: 1 / _width(q),
+            (0,): lambda q: 2 / (np.tanh(2 * q[0]) * _width(q)),
+            (1, 1): lambda q: 1 / _width(q),
+            (1,): lambda q: 2 / (np.tan(2 * q[1]) * _width(q)),
+            (2, 2): lambda q: 1 / (2 * (np.cosh(q[0]) * np.cos(q[1])) ** 2),
+            (3, 3): lambda q: 1 / (2 * (np.sinh(q[0]) * np.sin(q[1])) ** 2),
+        },
+    ),
+    (
+        SPHERICAL,
+        {
+            (0, 0): _one,
+            (0,): lambda q: 3 / q[0],
+            (1, 1): lambda q: q[0] ** -2.0,
+            (1,): lambda q: 2 / (q[0] ** 2 * np.tan(q[1])),
+            (2, 2): lambda q: (q[0] * np.sin(q[1])) ** -2.0,
+            (2,): lambda q: -np.tan(q[2]) / (q[0] * np.sin(q[1])) ** 2,
+            (3, 3): lambda q: (q[0] * np.sin(q[1]) * np.cos(q[2])) ** -2.0,
+        },
+    ),
+    (
+        SPHERICAL_CARTESIAN,
+        {
+            (0, 0): _one,
+            (0,): lambda q: 2 / q[0],
+            (1, 1): lambda q: q[0] ** -2.0,
+            (1,): lambda q: 1 / (q[0] ** 2 * np.tan(q[1])),
+            (2, 2): lambda q: (q[0] * np.sin(q[1])) ** -2.0,
+            (3, 3): _one,
+        },
+    ),
+    (
+        POLAR_POLAR,
+        {
+            (0, 0): _one,
+            (0,): lambda q: 1 / q[0],
+            (1, 1): lambda q: q[0] ** -2.0,
+            (2, 2): _one,
+            (2,): lambda q: 1 / q[2],
+            (3, 3): lambda q: q[2] ** -2.0,
+        },
+    ),
 )
 LAPLACIANS = {chart.name: DifferentialOperator(chart, terms) for chart, terms in _DELTA}
 """The Laplace-Beltrami operator by the name of the chart. In EULER (Psi = -2 psi, cross term +2 cos(Theta) dPhi dPsi of
@@ -153,8 +215,10 @@ there as 2 cot(Theta)."""
 def laplacian(chart: Chart = ALPHA_BETA) -> DifferentialOperator:
     """Return the Laplace-Beltrami operator of GL(2,R) = R^4 in a chart.
 
-    chart: CARTESIAN, ALPHA_BETA, ALPHA_BETA_PHI_PSI, R_VARTHETA or EULER.  Raises ValueError for others.
-    Source: Martens & Slawianowski, section 5, the forms of Delta (2 cos(Theta) in the last, printed 2 cot(Theta)).
+    chart: CARTESIAN, ALPHA_BETA, ALPHA_BETA_PHI_PSI, R_VARTHETA, EULER, ELLIPTIC, SPHERICAL, SPHERICAL_CARTESIAN or
+    POLAR_POLAR.  Raises ValueError for others.
+    Source: Martens & Slawianowski, section 5, the forms of Delta (2 cos(Theta) in EULER, printed 2 cot(Theta)); derived
+    from the metrics of section 3 in the last four.
     """
     if getattr(chart, "name", None) not in LAPLACIANS:
         raise ValueError(f"chart must be one of {listed(LAPLACIANS)}, got {shown(getattr(chart, 'name', chart))}")
@@ -179,22 +243,32 @@ def constant_operators(model: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1
     """Return the operators that a separable body's chart comes with, by name.
 
     model: separable in `chart`; ALPHA_BETA: H_alpha, H_beta, p_phi, p_psi, which commute; R_VARTHETA: h_vartheta, H,
-    p_phi, p_psi, which commute, and H_r, which does not; hbar > 0.  Returns a dict. Raises ValueError or TypeError for
-    wrong input.
+    p_phi, p_psi, which commute, and H_r, which does not; ELLIPTIC: K, L, H, p_phi, p_psi, which commute; SPHERICAL,
+    for potentials of r alone: H, L_4^2, L_3^2, p_nu, which commute; hbar > 0.  Returns a dict. Raises ValueError or
+    TypeError for wrong input.
     Formulas: H_alpha = ((p_phi - p_psi)^2/(4 alpha^2) - hbar^2 (d^2 + d/alpha))/(2 mu) + V_alpha; h_vartheta = (p_phi^2
-    + 2 cos p_phi p_psi + p_psi^2)/(2 mu sin^2) - (2 hbar^2/mu) (d^2 + cot d) + V_vartheta; H = H_r + h_vartheta/r.
-    Source: Martens & Slawianowski, section 5 (4 alpha^2, 4 beta^2 in H_alpha, H_beta, printed alpha^2, beta^2).
+    + 2 cos p_phi p_psi + p_psi^2)/(2 mu sin^2) - (2 hbar^2/mu) (d^2 + cot d) + V_vartheta; H = H_r + h_vartheta/r; K =
+    (cos^2(lambda) h_kappa + cosh^2(kappa) h_lambda)/(2 (cosh^2 - cos^2)), L = H - K.
+    Source: Martens & Slawianowski, section 5 (4 alpha^2, 4 beta^2 in H_alpha, H_beta, printed alpha^2, beta^2); K and L
+    of section 3 (corrected), quantized.
     """
     quantum = positive("hbar", hbar)
-    separated = separate(model, chart)
-    if not separated.isotropic or separated.family.chart not in LAPLACIANS:
-        raise ValueError(
-            f"chart must be alpha-beta or r-vartheta, and the body isotropic; got {shown(separated.family.chart)}"
-        )
+    separated = separate_anywhere(model, chart)
+    if isinstance(separated, R4Separated):
+        if not separated.family.whole:
+            raise ValueError(
+                "chart must be alpha-beta, r-vartheta, elliptic or spherical, got " + shown(separated.family.chart)
+            )
+        return _spherical_operators(separated, quantum)
+    if not separated.isotropic:
+        raise ValueError("model must be isotropic for p_phi and p_psi to be constants, got angular potentials")
     V_first, V_second = separated.functions
     half = quantum**2 / (2 * separated.mu)
     delta = LAPLACIANS[separated.family.chart].terms
-    if separated.family == ALPHA_BETA_FAMILY:
+    if separated.family == ELLIPTIC_FAMILY:
+        turn = [DifferentialOperator(ELLIPTIC, {(3,): _one, (2,): sign}) for sign in (_one, _minus_one)]
+        operators = _elliptic_operators(V_first, V_second, half)
+    elif separated.family == ALPHA_BETA_FAMILY:
         plane = [
             DifferentialOperator(ALPHA_BETA, {k: c for k, c in delta.items() if set(k) <= {i, i + 2}}).scaled(-half)
             for i in range(2)
@@ -214,6 +288,59 @@ def constant_operators(model: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1
         operators = {"h_vartheta": h, "H_r": H_r, "H": H_r.plus(h.scaled(lambda q: 1 / q[0]))}
         turn = [DifferentialOperator(R_VARTHETA, {(i,): _one}) for i in (2, 3)]
     return operators | {"p_phi": turn[0].scaled(-1j * quantum), "p_psi": turn[1].scaled(-1j * quantum)}
+
+
+def _elliptic_operators(V_kappa: Any, V_lambda: Any, half: float) -> dict[str, DifferentialOperator]:
+    """Return K, L and H in the elliptic chart; half: hbar^2/(2 mu)."""
+    h_kappa = DifferentialOperator(
+        ELLIPTIC,
+        {
+            (0, 0): lambda q: -half,
+            (0,): lambda q: -2 * half / np.tanh(2 * q[0]),
+            (2, 2): lambda q: half / np.cosh(q[0]) ** 2,
+            (3, 3): lambda q: -half / np.sinh(q[0]) ** 2,
+            (): lambda q: V_kappa.value(q[0]),
+        },
+    )
+    h_lambda = DifferentialOperator(
+        ELLIPTIC,
+        {
+            (1, 1): lambda q: -half,
+            (1,): lambda q: -2 * half / np.tan(2 * q[1]),
+            (2, 2): lambda q: -half / np.cos(q[1]) ** 2,
+            (3, 3): lambda q: -half / np.sin(q[1]) ** 2,
+            (): lambda q: V_lambda.value(q[1]),
+        },
+    )
+
+    def mixed(of_kappa: Coefficient, of_lambda: Coefficient) -> DifferentialOperator:
+        return h_kappa.scaled(lambda q: of_kappa(q) / _width(q)).plus(
+            h_lambda.scaled(lambda q: of_lambda(q) / _width(q))
+        )
+
+    return {
+        "K": mixed(lambda q: np.cos(q[1]) ** 2, lambda q: np.cosh(q[0]) ** 2),
+        "L": mixed(lambda q: np.sin(q[1]) ** 2, lambda q: -(np.sinh(q[0]) ** 2)),
+        "H": mixed(_one, _one),
+    }
+
+
+def _spherical_operators(separated: R4Separated, hbar: float) -> dict[str, DifferentialOperator]:
+    """Return H, the squares of the angular momenta of R^4 and of R^3, and p_nu, of a central body."""
+    delta = LAPLACIANS[SPHERICAL.name].terms
+    V = separated.body.potential
+
+    def angular(rows: tuple[int, ...], lever: Coefficient) -> DifferentialOperator:
+        terms = {k: c for k, c in delta.items() if k and set(k) <= set(rows)}
+        return DifferentialOperator(SPHERICAL, terms).scaled(lambda q: -(hbar**2) * lever(q))
+
+    kinetic = LAPLACIANS[SPHERICAL.name].scaled(-(hbar**2) / (2 * separated.mu))
+    return {
+        "H": kinetic.plus(DifferentialOperator(SPHERICAL, {(): lambda q: V.value(q[0] ** 2)})),
+        "L_4^2": angular((1, 2, 3), lambda q: q[0] ** 2),
+        "L_3^2": angular((2, 3), lambda q: (q[0] * np.sin(q[1])) ** 2),
+        "p_nu": DifferentialOperator(SPHERICAL, {(3,): lambda q: -1j * hbar}),
+    }
 
 
 def spin(

@@ -74,7 +74,7 @@ class _ChannelBasis(NamedTuple):
         f, slope = (np.tensordot(side[0] @ self.grid, tables, 1) for side in (along.values, along.slopes))
         E = np.einsum("i,ijk->k", along.weight[0], slope**2)
         E += np.einsum("i,ijk->k", (along.weight * self.weights)[0], f**2)
-        q = 4 * angular_potential(around, problem.a, problem.b)[0] + self.rest
+        q = 4 * angular_potential(around, problem.a**2, problem.b**2)[0] + self.rest
         U = q * inverse + _at_nodes(problem, around, self.nodes, highest)
         f, slope = (side[0] @ tables for side in (around.values, around.slopes))
         E += np.einsum("ij,ijk->k", around.weight[0] * U, f**2)
@@ -104,9 +104,9 @@ def _bases(
     if n_rho > LARGEST or n_x > LARGEST // 2:
         raise too_large(n_rho * n_x, LARGEST, parts, parts[0].needed == n_rho > LARGEST)
     angular = basis(
-        angular_interval("V", problem.well, problem.a, problem.b), n_x, max(n_x // 2 + 16, parts[1].needed - n_x)
+        angular_interval("V", problem.well, problem.a**2, problem.b**2), n_x, max(n_x // 2 + 16, parts[1].needed - n_x)
     )
-    free = angular.matrix(angular_potential(angular, problem.a, problem.b), 1 - angular.x**2)[0]
+    free = angular.matrix(angular_potential(angular, problem.a**2, problem.b**2), 1 - angular.x**2)[0]
     tiny = np.array([1e-6 * far])
     e_lo = inner_exponent(near, tiny[0], _angular_matrices(problem, angular, free, tiny)[0])
     outer = ProblemEnds(near, far, np.array([e_lo]), np.array([1.0]), True, True)

@@ -314,7 +314,7 @@ def _partition(
 
 
 def _line_x(problem: PlaneProblem) -> tuple[float, float]:
-    ends = angular_interval("V", problem.well, problem.a, problem.b)
+    ends = angular_interval("V", problem.well, problem.a**2, problem.b**2)
     return ends.lo, ends.hi
 
 
@@ -336,10 +336,10 @@ def _solve_elements(
     size, fewest = (math.prod(side.missed.size * (n - 1) + 1 for side in sides) for sides in ((rho, x), parts))
     if size > PRODUCTS:
         raise too_large(size, PRODUCTS, parts, 2 * fewest > PRODUCTS)
-    v = angular_interval("V", problem.well, problem.a, problem.b)
+    v = angular_interval("V", problem.well, problem.a**2, problem.b**2)
     angles = elements(x.edges, n, float(v.e_lo[0]), float(v.e_hi[0]), v.wall_lo, v.wall_hi)
-    quanta = (np.full(len(angles.x), side[0]) for side in (problem.a, problem.b))
-    around = 1 - angles.x**2, angular_potential(angles, *quanta)
+    sides = (np.full(len(angles.x), side[0] ** 2) for side in (problem.a, problem.b))
+    around = 1 - angles.x**2, angular_potential(angles, *sides)
     turning = angles.assembled(*around)
     vartheta = angles.shared(angle_of(angles.lo, angles.hi, angles.below))
 

@@ -233,22 +233,23 @@ def _oscillator(name, V, dimension, K, count, hbar, mu):
 
 
 def angular(
-    name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: float, mu: float, tolerance: float
+    name: str, V: Any, K_alpha: np.ndarray, K_beta: np.ndarray, count: int, hbar: float, mu: float, tolerance: float
 ) -> Factors:
-    """Solve EQ4.6 for the classes a, b (problems,): the lowest `count` e_vartheta of each.
+    """Solve EQ4.6 for K_alpha, K_beta (problems,), a^2 and b^2 of a class: the lowest `count` e_vartheta of each.
 
-    In x = cos(vartheta): -((1 - x^2) f')' + [b^2/(2(1 - x)) + a^2/(2(1 + x)) + mu V/(2 hbar^2)] f = (mu e/2 hbar^2) f.
+    In x = cos(vartheta): -((1 - x^2) f')' + [K_beta/(2(1 - x)) + K_alpha/(2(1 + x)) + mu V/(2 hbar^2)] f = (mu e/2
+    hbar^2) f.
     Where V becomes infinite inside (0, pi), as at det phi = 0, f = 0 there (Friedrichs). Barriers in closed form.
     """
     unit = 2 * hbar**2 / mu
     if isinstance(V, (Barriers, Zero)):
-        return _barriers(name, V if isinstance(V, Barriers) else Barriers(0.0, 0.0), a, b, count, unit)
+        return _barriers(name, V if isinstance(V, Barriers) else Barriers(0.0, 0.0), K_alpha, K_beta, count, unit)
 
     def U(vartheta):
         return V.value(vartheta) / unit
 
     found = well(name, U, 0.0, np.pi)
-    interval = angular_interval(name, found, a, b)
+    interval = angular_interval(name, found, K_alpha, K_beta)
 
     d = SHORT * (found.hi - found.lo)  # polynomials of x are even at the natural ends
     places = (found.lo, d, found.natural_lo), (found.hi, -d, found.natural_hi)
@@ -256,7 +257,9 @@ def angular(
 
     def attempt(n, _):
         base = basis(interval, n, 24)
-        q = angular_potential(base, a, b) + sampled(U, 2 * np.arctan2(np.sqrt(1 - base.x), np.sqrt(1 + base.x)))
+        q = angular_potential(base, K_alpha, K_beta) + sampled(
+            U, 2 * np.arctan2(np.sqrt(1 - base.x), np.sqrt(1 + base.x))
+        )
         return base, base.lowest(q, 1 - base.x**2, count + 1, 0)
 
     check_size(name, count + 24, count)
@@ -266,7 +269,8 @@ def angular(
 
     inner = np.linspace(interval.lo, interval.hi, 4098)[1:-1]
     low = float(inside(inner).min())
-    scale = float((count + a.max() + b.max() + 1) ** 2)  # of e_vartheta/unit
+    spins = np.sqrt(max(K_alpha.max(), 0.0)) + np.sqrt(max(K_beta.max(), 0.0))
+    scale = float((count + spins + 1) ** 2)  # of e_vartheta/unit
     seen = line_cover(lambda x: U(np.arccos(x)), inside, _graded(interval.lo, interval.hi), low + scale, scale)
     deepest = min(low, seen.low.min(initial=low))
     scale = scale + low - deepest
@@ -279,14 +283,14 @@ def angular(
             e_lo = float(interval.e_lo[i])
             e_hi = float(interval.e_hi[i])
             line = elements(edges, n, e_lo, e_hi, interval.wall_lo, interval.wall_hi)
-            quanta = (np.full(len(line.x), side[i]) for side in (a, b))
-            q = angular_potential(line, *quanta) + sampled(U, angle_of(line.lo, line.hi, line.below))
+            sides = (np.full(len(line.x), side[i]) for side in (K_alpha, K_beta))
+            q = angular_potential(line, *sides) + sampled(U, angle_of(line.lo, line.hi, line.below))
             return line, 1 - line.x**2, q
 
         top = low + scale
         room = np.maximum(top - inside(parts.points), 0).max(axis=1)
         fine = parts.cut(-np.diff(np.arccos(parts.edges)) * np.sqrt(room))
-        values, error, solutions, n = _by_elements(problem, a.size, fine, top, scale, count)
+        values, error, solutions, n = _by_elements(problem, K_alpha.size, fine, top, scale, count)
         lost = float(seen.lost(values).max())
         return Factors(unit * values, unit * error, AngularTable(solutions), n, seen.said, lost)
     base, (values, vectors), error, n = until_equal(
@@ -304,24 +308,24 @@ def _graded(lo: float, hi: float) -> np.ndarray:
     return np.concatenate([lo + steps, (hi - steps[:-1])[::-1]])
 
 
-def _barriers(name: str, V: Barriers, a: np.ndarray, b: np.ndarray, count: int, unit: float) -> Factors:
+def _barriers(name: str, V: Barriers, K_alpha: np.ndarray, K_beta: np.ndarray, count: int, unit: float) -> Factors:
     """e_vartheta = (hbar^2/2 mu) (Q^2 - 1), Q = 2 n + 1 + s_alpha + s_beta."""
-    s_alpha = centrifugal(name, a**2 - 0.25 + 4 * V.c_alpha / unit, "at vartheta = pi") - 0.5
-    s_beta = centrifugal(name, b**2 - 0.25 + 4 * V.c_beta / unit, "at vartheta = 0") - 0.5
+    s_alpha = centrifugal(name, K_alpha - 0.25 + 4 * V.c_alpha / unit, "at vartheta = pi") - 0.5
+    s_beta = centrifugal(name, K_beta - 0.25 + 4 * V.c_beta / unit, "at vartheta = 0") - 0.5
     values = unit / 4 * ((2 * np.arange(count) + 1 + (s_alpha + s_beta)[:, None]) ** 2 - 1)
     return Factors(values, np.zeros_like(values), BarrierTable(s_alpha, s_beta), count)
 
 
-def angular_interval(name: str, found: Well, a: np.ndarray, b: np.ndarray) -> ProblemEnds:
+def angular_interval(name: str, found: Well, K_alpha: np.ndarray, K_beta: np.ndarray) -> ProblemEnds:
     """Return the interval in x = cos(vartheta) of a well in vartheta, with exponents of the classes."""
 
-    def end(natural, c, angular_momentum, place):
+    def end(natural, c, K, place):
         if natural:
-            return np.array([(exponent(name, m * m - 0.25 + c, place) - 0.5) / 2 for m in angular_momentum])
-        return np.full(angular_momentum.shape, exponent(name, c, place))
+            return np.array([(exponent(name, k - 0.25 + c, place) - 0.5) / 2 for k in K])
+        return np.full(K.shape, exponent(name, c, place))
 
-    e_hi = end(found.natural_lo, found.c_lo, b, "at vartheta = 0" if found.natural_lo else "at its wall")
-    e_lo = end(found.natural_hi, found.c_hi, a, "at vartheta = pi" if found.natural_hi else "at its wall")
+    e_hi = end(found.natural_lo, found.c_lo, K_beta, "at vartheta = 0" if found.natural_lo else "at its wall")
+    e_lo = end(found.natural_hi, found.c_hi, K_alpha, "at vartheta = pi" if found.natural_hi else "at its wall")
     lo = -1.0 if found.natural_hi else _cosine(found.hi)
     hi = 1.0 if found.natural_lo else _cosine(found.lo)
     return ProblemEnds(lo, hi, e_lo, e_hi, not found.natural_hi, not found.natural_lo)
@@ -332,11 +336,11 @@ def _cosine(vartheta: float) -> float:
     return 0.0 if abs(x) < 1e-14 else x
 
 
-def angular_potential(base: Basis | Elements, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def angular_potential(base: Basis | Elements, K_alpha: np.ndarray, K_beta: np.ndarray) -> np.ndarray:
     """Return the centrifugal terms less those that the weight takes, without the potential: q - (p w')'/w - c-terms of
     natural ends.
 
-    a, b: of every row of nodes.
+    K_alpha, K_beta: a^2 and b^2 of every row of nodes.
     """
     x = base.x
     low = base.below
@@ -347,11 +351,11 @@ def angular_potential(base: Basis | Elements, a: np.ndarray, b: np.ndarray) -> n
     p = 1 - x**2
     q = 2 * e0 * e1 * p / (low * high)
     if wall_lo:
-        q = q + 2 * x * e0 / low - p * e0 * (e0 - 1) / low**2 + (a**2)[:, None] / (2 * (1 + x))
-    else:  # 2 e0^2/low = (a^2 + c)/(2 low): the weight takes the c-term of the potential too
-        q = q + e0 * (e0 + 1) - (2 * e0**2 - (a**2)[:, None] / 2) / low
+        q = q + 2 * x * e0 / low - p * e0 * (e0 - 1) / low**2 + K_alpha[:, None] / (2 * (1 + x))
+    else:  # 2 e0^2/low = (K_alpha + c)/(2 low): the weight takes the c-term of the potential too
+        q = q + e0 * (e0 + 1) - (2 * e0**2 - K_alpha[:, None] / 2) / low
     if wall_hi:
-        q = q - 2 * x * e1 / high - p * e1 * (e1 - 1) / high**2 + (b**2)[:, None] / (2 * (1 - x))
+        q = q - 2 * x * e1 / high - p * e1 * (e1 - 1) / high**2 + K_beta[:, None] / (2 * (1 - x))
     else:
-        q = q + e1 * (e1 + 1) - (2 * e1**2 - (b**2)[:, None] / 2) / high
+        q = q + e1 * (e1 + 1) - (2 * e1**2 - K_beta[:, None] / 2) / high
     return q

@@ -23,6 +23,10 @@ class NoGroundState(ValueError):
     """
 
 
+class FallsToCentre(NoGroundState):
+    """Error of a potential that attracts more than -1/(4 x^2) at an end."""
+
+
 class Well(NamedTuple):
     """The interval (lo, hi) where a potential is finite, whether its ends are the natural ones of the coordinate, and
     lim distance^2 V at both.
@@ -141,7 +145,7 @@ def _strength(name: str, V: Callable, end: float, size: float, sign: int) -> tup
 def exponent(name: str, strength: float, place: str) -> float:
     """Return e of u ~ x^e in -u'' + strength u/x^2, the larger root; raises NoGroundState below -1/4."""
     if not strength >= -0.25 - 1e-14:
-        raise NoGroundState(
+        raise FallsToCentre(
             f"{name} is too attractive {place}: the energy has no lower bound, as s = {strength:.6g} < -1/4 in -u'' + "
             "s u/x^2"
         )

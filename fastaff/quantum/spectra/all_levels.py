@@ -20,21 +20,23 @@ from ...core.interruption import partial_result_on_interrupt
 from ...core.numbers import checked_callback, fits, flag, real, shown, whole
 from ...results.calls import records_call
 from ...systems.charts import Chart
-from ...systems.models import Body
+from ...systems.models import Body, StackelBody
 from ..states.level_table import LevelTable, level_list
 from ..states.symmetry import SymmetryClass
+from .angular_bodies import LADDER, AngularClasses, angular_classes, has_angular_potentials, search
+from .class_search import FIRST, Key, Ladder
 from .spectrum import tables_below
 
-Key = tuple[int, int]
-"""|m - l|, |m + l| of classes with the same levels: both even, or both odd on the covering."""
-FIRST = 16
-"""Levels of the lowest class to begin with where only an energy is given."""
+EVEN = Ladder(2, ((0, 0),))
+"""Classes by |m - l|, |m + l|, both even."""
+BOTH = Ladder(2, ((0, 0), (1, 1)))
+"""The same on the double cover: both even, or both odd."""
 
 
 @records_call
 @inserts_parameters
 def all_levels(
-    model: Body,
+    model: Body | StackelBody,
     *,
     max_energy: float | None = None,
     multiplets: int | None = None,
@@ -48,7 +50,8 @@ def all_levels(
 
     Parameters
     ----------
-    {body}
+    model : Body or StackelBody
+        Affinely-rigid body. With angular potentials it must separate.
     max_energy : float, optional
         Energy below which all levels are computed. Give `max_energy` or `multiplets`.
     multiplets : int, optional
@@ -77,7 +80,8 @@ def all_levels(
 
     Notes
     -----
-    - Completeness: E_k of a class grows with ``|m - l|`` and ``|m + l|`` (min-max), which ends the search.
+    - Completeness: E_k of a class grows with ``|m - l|`` and ``|m + l|``, or with the levels of eta and gamma
+      (min-max), which ends the search.
     - Classes with the same ``|m - l|`` and ``|m + l|``, up to four, have the same levels and are computed once.
     - Cost: the sum over the classes. Classes of a separable body are computed together. For other bodies, a tolerance
       of 1e-6 is much cheaper.
@@ -103,31 +107,41 @@ def all_levels(
     wanted = None if multiplets is None else whole("multiplets", multiplets, 1)
     if wanted is not None:
         fits("multiplets", 16, wanted)
+    if has_angular_potentials(model):
+        classes = angular_classes(model, hbar, single_valued, chart, tolerance, limit)
+        with partial_result_on_interrupt("all_levels", lambda: _known(classes, limit) if classes.solved else None):
+            top = search(classes, FIRST, lambda: limit if wanted is None else _end(classes.allowed(), wanted), callback)
+            return _upto(classes.listed(top), top, wanted)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     solved: dict[Key, LevelTable] = {}
-    seeds = ((0, 0),) if flag("single_valued", single_valued) else ((0, 0), (1, 1))
+    ladder = EVEN if flag("single_valued", single_valued) else BOTH
     todo = {(0, 0): FIRST if wanted is None else wanted + 1}
     top = limit
     share = 0.0
     with partial_result_on_interrupt(
-        "all_levels", lambda: _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None
+        "all_levels", lambda: _listed(solved, min(ladder.complete(solved), limit), None) if solved else None
     ):
         while todo:
-            solved |= _solved(model, todo, solved, limit, options)
-            top = limit if wanted is None else _end(solved, wanted)
-            todo = _todo(solved, top, seeds)
+            solved |= _solved(model, todo, solved, ladder, limit, options)
+            top = limit if wanted is None else _end(list(solved.values()), wanted)
+            todo = ladder.todo(solved, top)
             if callback is not None:
-                share = max(share, _share(solved, top, seeds))  # the end comes closer only as levels are found
+                share = max(share, ladder.share(solved, top))  # the end comes closer only as levels are found
                 callback(share)
     return _listed(solved, top, wanted)
 
 
 def _solved(
-    model: Any, todo: dict[Key, int], solved: dict[Key, LevelTable], limit: float, options: dict[str, Any]
+    model: Any,
+    todo: dict[Key, int],
+    solved: dict[Key, LevelTable],
+    ladder: Ladder,
+    limit: float,
+    options: dict[str, Any],
 ) -> dict[Key, LevelTable]:
     """Return the levels of all waiting classes if the body separates, else of the one that may have the lowest."""
     together = solved and next(iter(solved.values())).separated
-    keys = list(todo) if together else [min(todo, key=lambda key: _bound(solved, key))]
+    keys = list(todo) if together else [min(todo, key=lambda key: ladder.bound(solved, key))]
     spins, vorticities = zip(*(_class(key) for key in keys), strict=True)
     count = max(todo[key] for key in keys)
     return dict(zip(keys, tables_below(model, limit, spins, vorticities, count, **options), strict=True))
@@ -138,59 +152,13 @@ def _class(key: Key) -> SymmetryClass:
     return SymmetryClass((key[1] + key[0]) // 2, (key[1] - key[0]) // 2)
 
 
-def _smaller(key: Key) -> list[Key]:
-    """Return the neighbours with smaller |m - l| or |m + l|."""
-    if key == (1, 1):
-        return [(0, 0)]
-    return [(eta, gamma) for eta, gamma in ((key[0] - 2, key[1]), (key[0], key[1] - 2)) if min(eta, gamma) >= 0]
-
-
-def _bound(solved: dict[Key, LevelTable], key: Key) -> float:
-    """Return a lower bound of the levels of a class that are still to be found."""
-    if key in solved:
-        return float(solved[key].E[-1])
-    return max((float(solved[other].E[0]) for other in _smaller(key)), default=-math.inf)
-
-
-def _next(solved: dict[Key, LevelTable], seeds: tuple[Key, ...]) -> list[Key]:
-    """Return the unsolved classes whose smaller neighbours are all solved."""
-    candidates = dict.fromkeys(seeds) | dict.fromkeys(
-        new for eta, gamma in solved for new in ((eta + 2, gamma), (eta, gamma + 2))
-    )
-    return [new for new in candidates if new not in solved and all(other in solved for other in _smaller(new))]
-
-
-def _todo(solved: dict[Key, LevelTable], top: float, seeds: tuple[Key, ...]) -> dict[Key, int]:
-    """Return the classes that may have more levels up to `top`, and the numbers to compute: twice as many as before, or
-    in a new class one more than its smaller neighbours have.
-    """
-    longer = {key: 2 * found.E.size for key, found in solved.items() if found.E[-1] - found.error[-1] <= top}
-    if math.isinf(top):
-        return longer
-    inside = {key: int(np.count_nonzero(found.E - found.error <= top)) for key, found in solved.items()}
-    new = {key: min(inside[other] for other in _smaller(key)) for key in _next(solved, seeds)}
-    return longer | {key: levels + 1 for key, levels in new.items() if levels}
-
-
-def _end(solved: dict[Key, LevelTable], multiplets: int) -> float:
+def _end(solved: list[LevelTable], multiplets: int) -> float:
     """Return the upper end of the multiplet of this number, infinity if there are not so many yet."""
-    gathered = level_list(list(solved.values())).multiplets()
+    gathered = level_list(solved).multiplets()
     if len(gathered) < multiplets:
         return math.inf
     last = gathered.members(multiplets - 1)
     return float((last.E + last.error).max())
-
-
-def _complete(solved: dict[Key, LevelTable], seeds: tuple[Key, ...]) -> float:
-    """Return the energy below which no level is missing."""
-    return min(_bound(solved, key) for key in [*solved, *_next(solved, seeds)])
-
-
-def _share(solved: dict[Key, LevelTable], top: float, seeds: tuple[Key, ...]) -> float:
-    ground = min(float(found.E[0]) for found in solved.values())
-    if not ground < top < math.inf:
-        return 0.0
-    return min(max((_complete(solved, seeds) - ground) / (top - ground), 0.0), 1.0)
 
 
 def _listed(solved: dict[Key, LevelTable], top: float, multiplets: int | None) -> LevelTable:
@@ -200,6 +168,16 @@ def _listed(solved: dict[Key, LevelTable], top: float, multiplets: int | None) -
         for key, found in solved.items()
         for m, l in _class(key).alike()
     ]
-    merged = level_list(signed, complete_below=top)
+    return _upto(level_list(signed, complete_below=top), top, multiplets)
+
+
+def _known(classes: AngularClasses, limit: float) -> LevelTable:
+    """Return the levels of a body with angular potentials as far as none is missing."""
+    top = min(LADDER.complete(classes.solved), limit)
+    return _upto(classes.listed(top), top, None)
+
+
+def _upto(merged: LevelTable, top: float, multiplets: int | None) -> LevelTable:
+    """Return the levels below `top`, or the first multiplets."""
     size = np.searchsorted(merged.E, top) if multiplets is None else merged.multiplets().first[multiplets]
     return merged.upto(int(size))

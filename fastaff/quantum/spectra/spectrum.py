@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, ParamSpec, cast
+from typing import Any, ParamSpec, cast
 
 import numpy as np
 
@@ -15,25 +14,27 @@ from ...core.numbers import an_array, checked_callback, fits, kind_of, positive,
 from ...results.calls import records_call
 from ...runs.interruptible import interruptible
 from ...runs.requirements import checked_system
-from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
+from ...systems.charts import Chart
 from ...systems.formulas.systems.bodies import affine_parts
 from ...systems.models import Body
 from ...systems.models.contracts import Dynamics
-from ...tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
+from ...tori.families import R_VARTHETA_FAMILY, Family
 from ...tori.separation import separate
-from ..solvers.factor_tables import Factors, FactorTable
+from ..solvers.elliptic import Unresolved
 from ..solvers.nonseparable import plane_levels
-from ..solvers.separable import angular, radial
-from ..solvers.singular_ends import radii, sampled
 from ..solvers.vibrations import COORDINATES
 from ..states.level_table import LevelTable, class_levels
-from ..states.state import Product
-from ..states.symmetry import SymmetryClass, action_quantum, checked_class
+from ..states.symmetry import SymmetryClass, action_quantum, checked_class, refuse_spins
+from .angular_bodies import (
+    angular_classes,
+    chosen_key,
+    class_of,
+    has_angular_potentials,
+    lowest_levels,
+    refuse_angle_numbers,
+)
+from .separated_classes import SOLVED, Centres, SolvedClass
 from .vibration import vibrates, vibration
-
-SIDES = ("V_alpha", "V_beta")
-NEAR = (1e-2, 1e-4, 1e-6)
-"""Distances below the limit of a potential up to which its ground state is searched, in units of its depth."""
 
 P = ParamSpec("P")
 
@@ -47,10 +48,13 @@ def _refuse_affine(model: Any) -> None:
 
 
 def _checked_body(model: Any) -> None:
+    if hasattr(model, "breathing"):
+        separate(model)  # refuses a potential that does not separate in r and vartheta
+        return
     system = checked_system(model, needs="H = T(p) + V(q)")
     if not system.isotropic:
         why = f". Use spectrum(model, count=..., hbar=...) for one to {COORDINATES} coordinates."
-        why = ". With angular potentials m and l are not quantum numbers." if system.planar else why
+        why = ". With angular potentials m and l are not quantum numbers. Use spectrum." if system.planar else why
         got = f"{kind_of(model)} of {system.n} coordinates"
         raise TypeError(f"model must be a Body with a doubly isotropic potential, got {got}{why}")
 
@@ -63,7 +67,7 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
         if given or "model" in named:
             body = given[0] if given else named["model"]
             _refuse_affine(body)
-            if not vibrates(body):
+            if not vibrates(body) and not has_angular_potentials(body):
                 _checked_body(body)
                 missing = [name for name in ("m", "l") if named.get(name) is None]
                 if missing:
@@ -81,6 +85,8 @@ def spectrum(
     *,
     m: int | None = None,
     l: int | None = None,
+    n_eta: int | None = None,
+    n_gamma: int | None = None,
     count: int,
     hbar: float = 1.0,
     single_valued: bool = True,
@@ -92,11 +98,14 @@ def spectrum(
 
     Parameters
     ----------
-    model : Body or model
-        A body, separable or not, or a system H = T(p) + V(q) of one to three coordinates with T quadratic in the
-        momenta.
+    model : Body, StackelBody, BreathingBody or model
+        A body, separable or not; a separable body with angular potentials or a breathing term; or a system H = T(p) +
+        V(q) of one to three coordinates with T quadratic in the momenta.
     m, l : int, optional
-        Quantum numbers of spin and vorticity. Required for a body and not supported for other systems.
+        Quantum numbers of spin and vorticity. Required for a `Body` and not supported for other systems.
+    n_eta, n_gamma : int, optional
+        Numbers, from 0, of the levels of eta and gamma, for one class of a body with angular potentials. Default: the
+        lowest levels of all classes.
     count : int
         Number of levels, at least 1.
     {hbar}
@@ -128,9 +137,12 @@ def spectrum(
     Notes
     -----
     - Separable bodies: Galerkin's method in Jacobi polynomials with the exponents of the singular ends; closed forms
-      for oscillators. Milliseconds, errors of about 1e-13.
+      for oscillators. Milliseconds, errors of about 1e-13. In the elliptic chart, two equations have the common
+      eigenvalues E and L = E - K; ten levels take half a second.
     - Nonseparable bodies: adiabatic channels. A tolerance of 1e-6 is much cheaper.
     - Vibrations: a uniform grid. Some 100 levels of two coordinates to 1e-12 in seconds if V is smooth and grows.
+    - Angular potentials: Fourier series in eta and gamma. ``single_valued=False`` adds functions that change sign
+      over 2 pi.
     - At a potential barrier det phi = 0 with two square-integrable solutions, f = 0 (Friedrichs).
     - A well behind a saddle is closed by a barrier. Tunnelling changes the levels by about their error.
     - Interval bounds find all wells. If V does not support them, ``method`` states it.
@@ -146,6 +158,16 @@ def spectrum(
     >>> fa.quantum.spectrum(fa.HenonHeiles(), count=3, hbar=0.0125).E.round(7)
     array([0.0124824, 0.024876 , 0.024876 ])
     """
+    if has_angular_potentials(model):
+        refuse_spins(m, l)
+        classes = angular_classes(model, hbar, single_valued, chart, tolerance)
+        key = chosen_key(n_eta, n_gamma)
+        fits("count", count := whole("count", count, 1), 16)
+        with partial_result_on_interrupt("spectrum", lambda: classes.listed(-np.inf) if classes.solved else None):
+            if key is not None:
+                return class_of(classes, key, count)
+            return lowest_levels(classes, count, checked_callback(callback))
+    refuse_angle_numbers(n_eta, n_gamma)
     if vibrates(model):
         return vibration(model, m, l, count, hbar, tolerance, single_valued, chart, checked_callback(callback))
     chosen = checked_class(m, l, single_valued)
@@ -263,18 +285,22 @@ def separated_tables(
     classes = [checked_class(one, other, single_valued) for one, other in zip(m, l, strict=True)]
     chart = solved_families(model)[0].chart if chart is None and solved_families(model) else chart
     separated = separate(model, chart)
-    if separated.family not in _SOLVED:
-        raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
     pairs = sorted({(c.a, c.b) for c in classes})
     fits("count", len(pairs), 16 * count)
-    solved = interruptible(_SOLVED[separated.family], separated, np.array(pairs), count, hbar, tolerance, limit)
+    K = np.array(pairs) ** 2
+    centres = Centres(K, np.zeros_like(K))
+    try:
+        solved = interruptible(SOLVED[separated.family], separated, centres, count, hbar, tolerance, limit)
+    except Unresolved:
+        return [plane_levels(model, one, count, hbar, tolerance, limit=limit) for one in classes]
     return [_levels(c, solved[pairs.index((c.a, c.b))], separated, hbar, tolerance) for c in classes]
 
 
 def solved_families(model: Any) -> list[Family]:
     """Return the families in which the body separates and its levels are computed coordinate by coordinate."""
     potential = getattr(model, "potential", None)
-    return [family for family in _SOLVED if hasattr(potential, family.member)]
+    families = [R_VARTHETA_FAMILY] if hasattr(model, "breathing") else SOLVED
+    return [family for family in families if hasattr(potential, family.member)]
 
 
 def _checked(model: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
@@ -282,138 +308,7 @@ def _checked(model: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, fl
     return whole("count", count, 1), action_quantum(hbar, model.mu), positive("tolerance", tolerance)
 
 
-@dataclass(frozen=True, repr=False)
-class ProductWaves:
-    """Products of factors: those of the second coordinate are solutions of one problem, rows[1] of `second`; those of
-    the first of problem rows[0] + step*n of `first`, n the quantum number of the second.
-    """
-
-    chart: Chart
-    first: FactorTable
-    second: FactorTable
-    rows: tuple[int, int]
-    step: int
-
-    def __repr__(self) -> str:
-        return f"products of factors in {self.chart.name}"
-
-    def shape(self, n: Sequence[int]) -> Product:
-        """Return the shape of the state with quantum numbers n (2,)."""
-        first = self.first(self.rows[0] + self.step * n[1], n[0])
-        return Product(self.chart, (first, self.second(self.rows[1], n[1])))
-
-
-class _Solved(NamedTuple):
-    """Levels of one class: E, error (levels,), n, constants (2, levels), wave functions and the size of the basis."""
-
-    E: np.ndarray
-    error: np.ndarray
-    n: np.ndarray
-    constants: np.ndarray
-    waves: ProductWaves
-    size: int
-    said: str
-
-
-def _alpha_beta(
-    separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float, limit: float
-) -> list[_Solved]:
-    """Sums E_alpha + E_beta of every pair (a, b)."""
-    V_alpha, V_beta = separated.functions
-    limits = _limits(separated, hbar, limit)
-    count = min(levels, int(np.sqrt(2 * levels)) + 4)
-    while True:
-        sides = []
-        for name, V, quanta, below in zip(SIDES, (V_alpha, V_beta), pairs.T, limits, strict=True):
-            distinct, where = np.unique(quanta, return_inverse=True)
-            K = distinct**2
-            sides.append((radial(name, V, 2, K, count, hbar, separated.mu, tolerance, limit=below), where))
-        (first, i), (second, j) = sides
-        sums = first.values[i][:, :, None] + second.values[j][:, None, :]
-        errors = first.error[i][:, :, None] + second.error[j][:, None, :]
-        top = np.sort(sums.reshape(len(pairs), -1), axis=1)[:, min(levels, count * count) - 1]
-        if count == levels or (count * count >= levels and np.all(top < np.minimum(sums[:, -1, 0], sums[:, 0, -1]))):
-            break
-        count = min(levels, 2 * count)
-    found = []
-    for p in range(len(pairs)):
-        E, error, n = _merged(sums[p], errors[p], levels)
-        constants = np.array([first.values[i[p], n[0]], second.values[j[p], n[1]]])
-        waves = ProductWaves(ALPHA_BETA, first.functions, second.functions, (int(i[p]), int(j[p])), 0)
-        found.append(_Solved(E, error, n, constants, waves, max(first.size, second.size), first.said or second.said))
-    return found
-
-
-def _limits(separated: Any, hbar: float, limit: float) -> list[float]:
-    """Return upper bounds of the energies of alpha and of beta if their sum is below `limit`.
-
-    Each is the limit less the ground state of the other side, or less a lower bound of it.
-    """
-    if np.isinf(limit):
-        return [limit, limit]
-    y = radii(0.0, np.inf)
-    sides = [sampled(V.value, y) for V in separated.functions]
-    low = [float(values.min()) for values in sides]
-    for i, (name, V) in enumerate(zip(SIDES, separated.functions, strict=True)):
-        bottom = low[i]
-        threshold = float(sides[i][-1])
-        for near in NEAR:
-            top = min(limit - low[1 - i], bottom + (1 - near) * (threshold - bottom))
-            if top <= low[i]:
-                break
-            ground = radial(name, V, 2, np.zeros(1), 1, hbar, separated.mu, 1e-6, limit=top)
-            low[i] = min(top, float((ground.values - ground.error)[0, 0]))
-            if low[i] < top:
-                break
-    return [limit - low[1], limit - low[0]]
-
-
-def _r_vartheta(
-    separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float, limit: float
-) -> list[_Solved]:
-    """Radial levels over each level of vartheta; e_vartheta of both bases give E of both."""
-    V_r, V_vartheta = separated.functions
-    mu = separated.mu
-    n_r, n_v = (min(levels, int(factor * np.sqrt(levels)) + 4) for factor in (2.0, 1.0))
-    while True:
-        e = angular("V_vartheta", V_vartheta, pairs[:, 0], pairs[:, 1], n_v, hbar, mu, 0.1 * tolerance)
-        fine, moved = (_over(V_r, values, n_r, hbar, mu, tolerance, limit) for values in (e.values, e.values + e.error))
-        sums = fine.values.reshape(*e.values.shape, n_r).swapaxes(1, 2)
-        errors = (fine.error + np.abs(moved.values - fine.values)).reshape(*e.values.shape, n_r).swapaxes(1, 2)
-        errors = errors + (np.inf if e.lost else 0.0)
-        top = np.sort(sums.reshape(len(pairs), -1), axis=1)[:, min(levels, n_r * n_v) - 1]
-        few_r = n_r < levels and (n_r * n_v < levels or np.any(top >= sums[:, -1, 0]))
-        few_v = n_v < levels and (n_r * n_v < levels or np.any(top >= sums[:, 0, -1]))
-        if not (few_r or few_v):
-            break
-        n_r, n_v = (min(levels, int(1.5 * n) + 1) if few else n for n, few in ((n_r, few_r), (n_v, few_v)))
-    found = []
-    for p in range(len(pairs)):
-        E, error, n = _merged(sums[p], errors[p], levels)
-        constants = np.array([fine.values[p * n_v + n[1], n[0]], e.values[p, n[1]]])
-        waves = ProductWaves(R_VARTHETA, fine.functions, e.functions, (p * n_v, p), 1)
-        found.append(_Solved(E, error, n, constants, waves, max(e.size, fine.size), e.said or fine.said))
-    return found
-
-
-def _over(V_r: Any, e: np.ndarray, count: int, hbar: float, mu: float, tolerance: float, limit: float) -> Factors:
-    """Return the radial levels over every e_vartheta."""
-    K = 2 * mu * e.ravel() / hbar**2
-    return radial("V_r + e_vartheta/r", V_r, 4, K, count, hbar, mu, tolerance, limit=limit)
-
-
-_SOLVED: dict[Family, Callable] = {ALPHA_BETA_FAMILY: _alpha_beta, R_VARTHETA_FAMILY: _r_vartheta}
-
-
-def _merged(sums: np.ndarray, errors: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the lowest values of a table, ascending, their errors, and their indices (2, levels)."""
-    order = np.argsort(sums, axis=None, kind="stable")[:levels]
-    n = np.stack(np.unravel_index(order, sums.shape))
-    E = sums.ravel()[order]
-    return E, errors.ravel()[order] + 16 * np.finfo(float).eps * np.abs(E), n
-
-
-def _levels(chosen: SymmetryClass, solved: _Solved, separated: Any, hbar: float, tolerance: float) -> LevelTable:
+def _levels(chosen: SymmetryClass, solved: SolvedClass, separated: Any, hbar: float, tolerance: float) -> LevelTable:
     names = separated.family.coordinates
     method = (
         f"separated in {names[0]} and {names[1]}; Galerkin in Jacobi polynomials with the exponents of the ends, "

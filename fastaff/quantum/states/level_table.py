@@ -13,6 +13,7 @@ from ...core.numbers import real, shown, whole
 from ...core.status import Status, counted
 from ...results.display import screen
 from ...results.result import Drawable, Result, along
+from .angle_states import AngularWaves
 from .state import Shape, State
 from .symmetry import SymmetryClass
 from .vibration_state import LatticeWaves, VibrationState
@@ -53,15 +54,15 @@ class LevelTable(Result, axis="level"):
     n : ndarray of int, shape (numbers, levels)
         Quantum numbers of `names`.
     names : tuple of str
-        Coordinates such as ("alpha", "beta"), or ("level",) for the number in the symmetry class, from 0, of a
-        nonseparable system.
+        Coordinates such as ("alpha", "beta"), followed by "eta" and "gamma" for angular potentials, or ("level",) for
+        the number in the symmetry class, from 0, of a nonseparable system.
     m, l : ndarray of int, shape (levels,)
-        Spin and vorticity, 0 for systems that are not bodies.
+        Spin and vorticity, 0 for angular potentials and for systems that are not bodies.
     constants : ndarray, shape (constants, levels)
         Eigenvalues of the separation constants. For `Anharmonic`, e_vartheta belongs to V_vartheta = 2
         C/cos^2(vartheta/2); for 2 C tan^2(vartheta/2) of the paper it is 2 C less.
     constant_names : tuple of str
-        E_alpha, E_beta or E, e_vartheta.
+        E_alpha, E_beta or E, e_vartheta; with c_eta, c_gamma for angular potentials.
     hbar : float
         Planck's constant over 2 pi.
     method : str
@@ -131,8 +132,8 @@ class LevelTable(Result, axis="level"):
 
     @property
     def separated(self) -> bool:
-        """Whether the quantum numbers belong to two coordinates in which the body separates."""
-        return len(self.n) == 2
+        """Whether the quantum numbers belong to coordinates in which the body separates."""
+        return len(self.n) > 1
 
     def take(self, items: Any) -> LevelTable:
         """Return the table of some of the levels, whose completeness is unknown.
@@ -269,7 +270,9 @@ class LevelTable(Result, axis="level"):
         n = self.n[:, k].tolist()
         numbers = {f"n_{name}": number for name, number in zip(self.names, n, strict=True)}
         constants = dict(zip(self.constant_names, self.constants[:, k].tolist(), strict=True))
-        symmetry = SymmetryClass(int(self.m[k]), int(self.l[k]))
+        symmetry: Any = SymmetryClass(int(self.m[k]), int(self.l[k]))
+        if isinstance(self.waves, AngularWaves):
+            symmetry = self.waves.symmetry(n)
         return State(symmetry, self.waves.shape(n), numbers, float(self.E[k]), constants, self.hbar)
 
 

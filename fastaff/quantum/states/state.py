@@ -29,6 +29,7 @@ from ...results.result import Drawable
 from ...runs.requirements import checked_chart
 from ...systems.charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
 from ..kernels.laguerre_jacobi import plane_radii, turn_planes
+from .angle_states import AngularClass
 from .factors import Factor
 from .symmetry import SymmetryClass
 
@@ -193,7 +194,8 @@ class State(Drawable):
     Attributes
     ----------
     symmetry : object
-        Symmetry class, with the quantum numbers m and l.
+        Symmetry class, with the quantum numbers m and l, or, for angular potentials, with the functions of eta and
+        gamma in place of e^(i m phi + i l psi).
     shape : object
         Amplitude A, a product of ``factors`` if the body separates.
     numbers : dict of int
@@ -210,7 +212,7 @@ class State(Drawable):
     Martens & Slawianowski, EQ4.3 and section 5 (the norms are derived).
     """
 
-    symmetry: SymmetryClass
+    symmetry: SymmetryClass | AngularClass
     shape: Shape
     numbers: dict[str, int]
     energy: float
@@ -230,8 +232,11 @@ class State(Drawable):
 
     @property
     def labels(self) -> dict[str, int]:
-        """Quantum numbers by name: n_alpha, n_beta or n_r, n_vartheta if the body separates, and m, l."""
-        return self.numbers | {"m": self.symmetry.m, "l": self.symmetry.l}
+        """Quantum numbers by name.
+
+        They are n_alpha, n_beta or n_r, n_vartheta if the body separates, and m, l, or n_eta, n_gamma.
+        """
+        return self.numbers | self.symmetry.labels
 
     def __call__(self, phi: ArrayLike) -> np.ndarray:
         """Return Psi (...), complex, at matrices phi (2, 2, ...); of any determinant, also 0."""
@@ -255,6 +260,10 @@ class State(Drawable):
                 "q must be coordinates where m + l is odd: Psi has two values on a matrix. Use at(q, ALPHA_BETA)."
             )
         rows = checked("planes", planes, (4,))
+        if isinstance(self.symmetry, AngularClass):
+            a1, a2, b1, b2 = rows
+            amplitude = self._of_radii(np.hypot(a1, a2), np.hypot(b1, b2))
+            return amplitude * self.symmetry.turned(np.arctan2(a2, a1), np.arctan2(b2, b1))
         flat = np.ascontiguousarray(rows.reshape(4, -1))
         out = np.empty(flat.shape[1], complex)
         m, l = self.symmetry
@@ -284,7 +293,6 @@ class State(Drawable):
         """
         rows = checked("q", q, (4,))
         planes = checked_chart(chart).points_to_planes(rows)
-        m, l = self.symmetry
         if self.symmetry.single_valued:
             return self.planes(planes)
         eta, gamma = _angles(chart, rows)
@@ -294,7 +302,7 @@ class State(Drawable):
             np.cos(gamma) * planes[2] + np.sin(gamma) * planes[3] < -0.5 * beta
         ):
             raise ValueError("q must have radii >= 0 where m + l is odd")
-        return self._of_radii(alpha, beta) * np.exp(0.5j * ((m - l) * eta + (m + l) * gamma))
+        return self._of_radii(alpha, beta) * self.symmetry.turned(eta, gamma)
 
     @inserts_parameters
     def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
@@ -417,7 +425,7 @@ class State(Drawable):
         return np.sum(weights * self.shape(first, second) ** 2 * values).item()
 
     def overlap(self, other: State, *, order: int | None = None) -> float:
-        """Return the overlap ``<self|other>``, 0 between different symmetry classes.
+        """Return the overlap ``<self|other>``, 0 between different symmetry classes of one body.
 
         Parameters
         ----------
@@ -433,11 +441,12 @@ class State(Drawable):
         """
         if not isinstance(other, State):
             raise TypeError(f"other must be a State, got {type(other).__name__}")
-        if self.symmetry != other.symmetry:
+        around = self.symmetry.overlap(other.symmetry)
+        if around == 0.0:
             return 0.0
         first, second, weights = self._rule(order, (max(self.shape.degrees + other.shape.degrees),) * 2)
         theirs = other._of_radii(*INVARIANTS[self.chart.name].to_radii(first, second))
-        return float(np.sum(weights * self.shape(first, second) * theirs))
+        return around * float(np.sum(weights * self.shape(first, second) * theirs))
 
     def _rule(self, order: int | None, degrees: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return meshes of both invariants and weights, `order` nodes each or 32 more than the degrees need."""

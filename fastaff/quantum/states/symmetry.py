@@ -35,9 +35,29 @@ class SymmetryClass(NamedTuple):
         return abs(self.m + self.l) / 2
 
     @property
+    def K(self) -> tuple[float, float]:
+        """Return a^2 and b^2."""
+        return self.a**2, self.b**2
+
+    @property
     def single_valued(self) -> bool:
         """Whether m + l is even: functions on GL(2,R) itself."""
         return (self.m + self.l) % 2 == 0
+
+    @property
+    def labels(self) -> dict[str, int]:
+        """Return the quantum numbers by name."""
+        return {"m": self.m, "l": self.l}
+
+    def turned(self, eta: np.ndarray, gamma: np.ndarray) -> np.ndarray:
+        """Return the factor of Psi beside the amplitude."""
+        return np.exp(0.5j * ((self.m - self.l) * eta + (self.m + self.l) * gamma))
+
+    def overlap(self, other: object) -> float:
+        """Return the overlap of the functions of the angles."""
+        if not isinstance(other, SymmetryClass):
+            raise ValueError("other must be a state with m and l, got one of a body with angular potentials")
+        return float(self == other)
 
     def alike(self) -> list[SymmetryClass]:
         """Return all classes with the same |m - l| and |m + l|, which have the same levels, itself among them."""
@@ -89,6 +109,15 @@ def checked_numbers(n: Any, m: Any, l: Any, single_valued: Any) -> tuple[np.ndar
     n1, n2, spin, vorticity = np.broadcast_arrays(*(q.ravel() for q in (*quanta, *spins)))
     check_parity(spin, vorticity, single_valued)
     return np.array([n1, n2]), spin.copy(), vorticity.copy()
+
+
+def refuse_spins(m: Any, l: Any) -> None:
+    """Raise ValueError if m or l is given for a body with angular potentials."""
+    for name, value in (("m", m), ("l", l)):
+        if value is not None:
+            raise ValueError(
+                f"{name} must be None for a body with angular potentials, got {shown(value)}. Use n_eta, n_gamma."
+            )
 
 
 def action_quantum(hbar: Any, mu: float = 1.0) -> float:

@@ -5,6 +5,7 @@ from typing import Any
 from ...engine.values import tell_apart
 from .body import Body, HenonHeiles
 from .body3 import Body3
+from .breathing import BreathingBody
 from .double_pendulum import DoublePendulum
 from .ellipsoid_gravity import SelfGravity
 from .equilibria3 import RelativeEquilibrium, relative_equilibrium, riemann_ellipsoid
@@ -21,6 +22,7 @@ __all__ = [
     "Barriers",
     "Body",
     "Body3",
+    "BreathingBody",
     "CosOscillator",
     "CoshOscillator",
     "Cosine",

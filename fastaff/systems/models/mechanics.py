@@ -169,6 +169,16 @@ class Traits:
         return bool(getattr(self.model, "isotropic", False))
 
     @cached_property
+    def breathes(self) -> bool:
+        """Whether it is a body in the planes a and b whose kinetic energy has a breathing term."""
+        return hasattr(self.model, "breathing")
+
+    @cached_property
+    def conserves_spins(self) -> bool:
+        """Whether it is a body in the planes a and b, of any kinetic energy, that conserves p_eta and p_gamma."""
+        return self.isotropic or self.breathes
+
+    @cached_property
     def quadratic(self) -> bool:
         """Whether its kinetic energy is quadratic in the momenta: velocities are linear in them (the time's is 1)."""
         if not self.separable:

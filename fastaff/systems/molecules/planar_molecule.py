@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import Array, checked
 from ...core.numbers import an_array, positive, real, shown, whole
-from ...engine.blocks import parameters
+from ...engine.values import parameters
 from ..kinematics import Inertia, inertia
 from ..models import Body
 from .pair_sums import AveragedPairs, DirectedPairs, MolecularBody, NoPairs

@@ -141,7 +141,7 @@ class Sought(NamedTuple):
 def _point(chart, first, second, tori, k, work, other, results, small):
     """One torus and, where theta has columns, the point on it; returns a status."""
     J, theta, start, z, nu, energy, wells, _ = tori
-    mu = first.mu
+    mu = second.mu
     c = small[0]
     u = first.u
     v = second.u
@@ -178,7 +178,7 @@ def _point(chart, first, second, tori, k, work, other, results, small):
     if theta.shape[1] == 0:
         return code
     turns = np.zeros(2)
-    turns[0] = _find_phase(mu, M[0, 0] * theta[0, k], work, results[0])
+    turns[0] = _find_phase(first.mu, M[0, 0] * theta[0, k], work, results[0])
     _coordinate(first.kind, work, results[0], at[0])
     partials(first, work, results[0])
     target = M[1, 1] * theta[1, k]
@@ -212,7 +212,7 @@ def _point(chart, first, second, tori, k, work, other, results, small):
     return OK_CODE if results[0, ERROR] < 1e-7 and results[1, ERROR] < 1e-7 else NOT_CONVERGED_CODE
 
 
-def torus_points(unit, stop, progress, chart, first, second, mu, tori):
+def torus_points(unit, stop, progress, chart, first, second, mu, radial_mu, tori):
     """Find tori, from the terms of the potential in both coordinates."""
     _, theta, _, z, nu, energy, _, status = tori
     if stop[0] != 0:
@@ -223,7 +223,7 @@ def torus_points(unit, stop, progress, chart, first, second, mu, tori):
     small = np.zeros((12, 4))
     ends = np.zeros((2, 2))
     points = min(1, theta.shape[1])  # for each torus
-    inner = Coordinate(first, mu, KINDS[chart, 0], small[1], ends[0])
+    inner = Coordinate(first, radial_mu, KINDS[chart, 0], small[1], ends[0])
     outer = Coordinate(second, mu, KINDS[chart, 1], small[2], ends[1])
     limits(inner, work)
     limits(outer, work)

@@ -104,7 +104,7 @@ def place(chart, z, k, where):
 
 
 @jit
-def separate(chart, mu, z, k, where, U, V, c):
+def separate(chart, mu, radial_mu, z, k, where, U, V, c):
     """Write the constants c (4,) of state k; U (2,) are the coordinates' potentials, V (2,) those of eta and gamma."""
     A = z[0, k] * z[0, k] + z[1, k] * z[1, k]
     B = z[2, k] * z[2, k] + z[3, k] * z[3, k]
@@ -130,6 +130,7 @@ def separate(chart, mu, z, k, where, U, V, c):
         r = where[0, 0]
         c[1] = h + U[1] + r * wall_a + r * wall_b
         c[0] = T_a + T_b + U[0] + (U[1] + r * wall_a + r * wall_b) / r
+        c[0] -= (0.5 / mu - 0.5 / radial_mu) * where[0, 2] * where[0, 2] / r
     else:
         s = where[0, 0]
         t = where[1, 0]
@@ -328,7 +329,7 @@ def _state(chart, coordinates, angles, angular, tori, k, scratch):
     """All of one state; returns its status. J, nu, theta have rows of the two coordinates, eta, gamma."""
     work, where, small, results = scratch
     z, J, nu, theta, turning, constants, error, _ = tori
-    mu = coordinates[0].mu
+    mu = coordinates[1].mu
     place(chart, z, k, where)
     c = small[0]
     u = small[1]
@@ -348,7 +349,7 @@ def _state(chart, coordinates, angles, angular, tori, k, scratch):
         term.function(term.params, 1, where[i, :1], work[2])
         U[i] = work[2, 0]
     _place_angles(angles, angular, z, k, at, momenta, V, work)
-    separate(chart, mu, z, k, where, U, V, c)
+    separate(chart, mu, coordinates[0].mu, z, k, where, U, V, c)
     for j in range(4):
         constants[j, k] = c[j]
     for i in range(2):
@@ -397,7 +398,7 @@ def _state(chart, coordinates, angles, angular, tori, k, scratch):
     return _settle(tori, k, results, still, code)
 
 
-def tori_by_quadrature(unit, stop, progress, chart, first, second, eta, gamma, mu, angular, tori):
+def tori_by_quadrature(unit, stop, progress, chart, first, second, eta, gamma, mu, radial_mu, angular, tori):
     """Fill the tori of the states z, from the terms of the potential in both coordinates, eta and gamma."""
     _, J, nu, theta, turning, _, error, status = tori
     if stop[0] != 0:
@@ -406,7 +407,7 @@ def tori_by_quadrature(unit, stop, progress, chart, first, second, eta, gamma, m
     ends = np.zeros((2, 2))
     u = scratch.small[1]
     coordinates = (
-        Coordinate(first, mu, KINDS[chart, 0], u, ends[0]),
+        Coordinate(first, radial_mu, KINDS[chart, 0], u, ends[0]),
         Coordinate(second, mu, KINDS[chart, 1], u, ends[1]),
     )
     angles = Coordinate(eta, mu, LINE, u, u), Coordinate(gamma, mu, LINE, u, u)
