@@ -277,9 +277,7 @@ def test_a_kind_of_ones_own_runs_by_its_terms(model):
     assert wild.chaotic.all() == (not losing)
     with pytest.raises((TypeError, ValueError), match=r"is not supported for driven systems|, and Damped has friction"):
         fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
-    asked = (
-        "signals must be given for a driven system" if not losing else "must be a Hamiltonian system"
-    )
+    asked = "signals must be given for a driven system" if not losing else "must be a Hamiltonian system"
     with pytest.raises((TypeError, ValueError), match=asked):
         fa.frequency_map(model, Z, time=100.0)
     with pytest.raises(TypeError, match=r"must be a system H = T"):

@@ -408,7 +408,7 @@ BONDS = {(0, 1): PAIRS[0], (1, 2): PAIRS[0]}
         ({"positions": [[0, 0, 1, 0], [0, 0, 1, 1]]}, ValueError, "positions must differ for the atoms of a pair"),
         ({"pairs": [PAIRS[0]]}, TypeError, "pairs must be potentials by pairs of atoms"),
         ({"pairs": {}}, ValueError, "pairs must have at least one entry"),
-        ({"pairs": {(0, 4): PAIRS[0]}}, ValueError, "pairs must be at most 3, got 4"),
+        ({"pairs": {(0, 4): PAIRS[0]}}, ValueError, "atoms of pairs must be at most 3, got 4"),
         ({"pairs": {(1, 1): PAIRS[0]}}, ValueError, "two different atoms once"),
         ({"pairs": {(0, 1): PAIRS[0], (1, 0): PAIRS[0]}}, ValueError, "two different atoms once"),
         ({"pairs": {0: PAIRS[0]}}, TypeError, "keys of two atoms"),
@@ -445,6 +445,11 @@ def test_molecules_without_what_is_asked_for_are_refused():
     uneven = fa.molecules.molecule(np.ones(4), [[0, 2, 2, 0], [0, 0, 1, 1]], BONDS)
     with pytest.raises(ValueError, match=r"must have equal principal moments, got 4 and 1\. Try exact_body"):
         _ = uneven.body
+    spring = fa.molecules.HarmonicBond(1.0, 0.5)
+    with pytest.raises(ValueError, match="molecule must have an equilibrium with det phi > 0"):
+        fa.molecules.ring(6, height=10.0, pairs=spring).equilibrium()
+    with pytest.raises(ValueError, match="got no finite forces or no stiffness"):
+        fa.molecules.ring(6, pairs=spring._replace(k=0.0)).equilibrium()
     apart = fa.univariate(lambda d: 1 / d, lambda d: -1 / d**2, lambda d: 2 / d**3)
     with pytest.raises(ValueError, match="molecule must have an equilibrium"):
         fa.molecules.ring(5, pairs=apart).equilibrium()
