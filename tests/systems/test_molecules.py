@@ -346,6 +346,9 @@ def test_orbits_conserve_energy_and_spin():
         before, after = (fa.charts.angular_momenta(z) for z in (z0, end.z[:, 0]))
         for name in conserved:
             assert getattr(after, name) == pytest.approx(getattr(before, name), abs=1e-9)
+    constants = fa.constants_of_motion(body, end.z)
+    assert constants["p_phi"][0] == pytest.approx(after.p_phi, rel=1e-13)
+    assert constants["energy"][0] == pytest.approx(fa.constants_of_motion(body, z0)["energy"], rel=1e-9)
 
 
 def test_files_keep_the_bodies_of_molecules(tmp_path):
