@@ -333,6 +333,15 @@ def test_modes_of_an_irregular_molecule_are_no_slower_than_the_atoms_allow():
     assert (full[3:] > 0.01).all()
 
 
+def test_shears_of_a_square_are_modes_of_its_atoms():
+    """Both shears have a symmetry of their own among the vibrations of a square; those of a pentagon share theirs."""
+    k, far = RNG.uniform(0.5, 2, (2, 2))
+    square = fa.molecules.ring(4, pairs=[fa.molecules.HarmonicBond(*k), fa.molecules.HarmonicBond(*far)])
+    modes = square.normal_modes()
+    np.testing.assert_allclose(modes.omega[modes.overlap > 0.5], square.vibrations().omega, atol=1e-7)
+    np.testing.assert_allclose(modes.overlap[modes.overlap > 0.5], 1, rtol=1e-12)
+
+
 # --- motion and levels --------------------------------------------------------------------------------------------
 
 
