@@ -29,7 +29,8 @@ def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
     if not np.isfinite(array).all():
         index = first(~np.isfinite(array))
         place = f" at index {index}" if index else ""
-        raise ValueError(f"{takes}, got {array[index]}{place}. Leave out orbits that have failed.")
+        hint = ". Leave out orbits that have failed." if array.ndim > len(leading) else "."
+        raise ValueError(f"{takes}, got {array[index]}{place}{hint}")
     return array
 
 

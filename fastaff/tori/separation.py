@@ -208,7 +208,8 @@ def constants_of_motion(
         p_psi. If the angles have potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma replace p_phi and p_psi.
         `SPHERICAL` has E, the angular momenta L_4 and L_3 of (x, y, z, u) and (x, y, z), and p_nu. Mixed charts have
         the energies of their subspaces. Bodies in space have energy, spin_x, spin_y, spin_z, vorticity_1, vorticity_2
-        and vorticity_3. The constants of a named system are in its docstring.
+        and vorticity_3. ``exact_body`` of a molecule has energy and p_phi. The constants of a named system are in its
+        docstring.
 
     Raises
     ------

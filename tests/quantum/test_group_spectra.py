@@ -145,6 +145,15 @@ def test_lists_of_levels_are_complete():
     assert len(np.unique(rows, axis=1).T) == len(lowest)
 
 
+def test_lowest_multiplets_for_a_heavy_dilatation():
+    """For a large c the lowest levels have j = 0 and k = 0, 2, -2, ...: no other is listed on the way."""
+    c = 10 ** RNG.uniform(11, 13)
+    found = unitary_levels(c=c, multiplets=4)
+    assert found.n[0].tolist() == [0, -2, 2, -4, 4, -6, 6]
+    np.testing.assert_allclose(found.E, found.n[0] ** 2 / (2 * (1 + c)), rtol=1e-13)
+    assert found.complete_below > found.E[-1]
+
+
 def test_the_motion_on_the_unitary_group_is_its_geodesic():
     inertia, c = RNG.uniform(0.5, 2), RNG.uniform(-0.5, 2)
     model = fa.models.UnitaryBody(inertia=inertia, c=c)
@@ -430,8 +439,15 @@ def body(**more):
         (lambda: unitary_levels(multiplets=10**13), ValueError, "multiplets asks for"),
         (lambda: unitary_levels(max_energy=1e12), ValueError, "max_energy asks for"),
         (lambda: unitary_levels(max_energy="a"), TypeError, "max_energy must be"),
-        (lambda: unitary_wave([0.1, 0.2, 0.3], k=0, j=0, m=0, l=0), ValueError, r"q must have shape \(4, ...\)"),
-        (lambda: unitary_wave([0.1, 0.2, -0.3, 0.0], k=0, j=0, m=0, l=0), ValueError, "must lie in"),
+        (lambda: unitary_wave([0.1, 0.2, 0.3], k=0, j=0, m=0, l=0), ValueError, r"q must be .* shape \(4, ...\)"),
+        (lambda: unitary_wave([np.nan, 0, 1, 0], k=0, j=0, m=0, l=0), ValueError, "q must be finite"),
+        (lambda: unitary_levels(k=2**70, j=0), ValueError, r"k must be at most 2\*\*53 in size"),
+        (lambda: unitary_levels(k=0, j=1e10), ValueError, "j asks for"),
+        (
+            lambda: unitary_wave([0.1, 0.2, -0.3, 0.0], k=0, j=0, m=0, l=0),
+            ValueError,
+            r"q must have Theta in \[0, pi\]",
+        ),
         (lambda: unitary_wave(np.ones(4), k=0, j=1, m=1, l=0), ValueError, "m must be 2 j, 2 j - 2"),
         (lambda: unitary_wave(np.ones(4), k=0, j=1, m=0, l=4), ValueError, "l must be 2 j, 2 j - 2"),
         (lambda: shear_factor(1.0, n=1, m=2, l=-2), ValueError, "n must be below the 1 discrete levels"),

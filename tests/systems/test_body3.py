@@ -374,6 +374,33 @@ def test_riemann_ellipsoids_and_their_adjoints():
     assert np.allclose(forms[0].spin, forms[1].vorticity, rtol=0, atol=1e-14)
 
 
+def test_bodies_at_rest_are_steady():
+    """All forces vanish at rest: what counts as zero is relative to the stiffness."""
+    for _ in range(20):
+        k, pressure, mu, G, K = np.exp(3 * RANDOM.normal(size=5))
+        gamma = 4 / 3 + RANDOM.uniform(0.1, 2)
+        star = Body3(Sum3(SelfGravity(k), GasCloud(pressure, gamma, 0.0)), mu)
+        sphere = riemann_ellipsoid(star, 1.0, 1.0)
+        assert np.allclose(sphere.D, (3 * pressure / k) ** (1 / (3 * gamma - 4)), rtol=1e-12)
+        assert not sphere.omega.any()
+        assert not sphere.circulation.any()
+        guess = RANDOM.uniform(0.9, 1.1, 3)
+        assert np.allclose(relative_equilibrium(star, sphere.D * guess, np.zeros(3)).D, sphere.D, rtol=1e-9)
+        solid = relative_equilibrium(Body3(NeoHookean3(G, K), mu), guess, np.zeros(3))
+        assert np.allclose(solid.D, 1.0, rtol=0, atol=1e-9)
+
+
+def test_ellipsoids_of_almost_equal_axes():
+    """Rates are smooth functions of the axes: nothing cancels near a2 = 1."""
+    near = [riemann_ellipsoid(STAR, 1 - d, 0.5) for d in (1e-3, 1e-9, 1e-14)]
+    rates = np.array([(one.omega[2], one.circulation[2]) for one in near])
+    assert np.allclose(rates[2], rates[1], rtol=1e-7)
+    assert np.allclose(rates[1], rates[0], rtol=0.01)
+    jacobi = riemann_ellipsoid(STAR, 1 - 1e-13)
+    assert np.isclose(jacobi.D[2] / jacobi.D[0], np.sqrt(1 - 0.81267**2), rtol=0, atol=1e-5)
+    assert np.abs(jacobi.circulation).max() < 1e-12
+
+
 @pytest.mark.parametrize("found_from", range(3))
 def test_tilted_steady_motions(found_from):
     """Riemann's ellipsoids of types I to III rotate about no principal axis, nor does their circulation."""
@@ -444,6 +471,8 @@ def test_files_keep_models(potential, tmp_path):
     ("call", "error", "words"),
     [
         (lambda: Body3(fa.NeoHookean()), TypeError, "potential must be a potential of 3x3 matrices"),
+        (lambda: Body3(Sum3(GasCloud(), fa.NeoHookean())), TypeError, "potential must be a potential of 3x3 matrices"),
+        (lambda: GasCloud(gamma=1), ValueError, "gamma must be above 1, got 1"),
         (lambda: fa.Body(GasCloud()), TypeError, "Use fa.models.Body3"),
         (lambda: fa.integrate(GasCloud(), np.ones(18), time=1.0), TypeError, "Use fa.models.Body3"),
         (lambda: fa.integrate(Body3(GasCloud()), -starts(1), time=1.0), ValueError, "det phi > 0"),
@@ -452,6 +481,9 @@ def test_files_keep_models(potential, tmp_path):
         (lambda: formula3(3), TypeError, "text"),
         (lambda: reduced_body3(fa.HenonHeiles()), TypeError, "model must be a Body3"),
         (lambda: reduced_body3(STAR, spin=np.inf), ValueError, "spin"),
+        (lambda: reduced_body3(STAR).to_matrix(np.ones(3)), ValueError, "z must be finite real numbers of shape"),
+        (lambda: reduced_body3(STAR, spin=1.0).to_matrix(np.ones(6)), ValueError, "z must have D1 > D2 if spin"),
+        (lambda: riemann_ellipsoid(STAR._replace(mu=-1.0), 0.8, 0.6), ValueError, "model.mu must be positive, got -1"),
         (lambda: riemann_ellipsoid(STAR, 1.0), ValueError, "a3 must be given"),
         (lambda: riemann_ellipsoid(STAR, -1.0, 0.5), ValueError, "a2 must be positive"),
         (lambda: riemann_ellipsoid(STAR, 0.9, 3.0), ValueError, "axes of a steady ellipsoid"),

@@ -333,6 +333,15 @@ def test_modes_of_an_irregular_molecule_are_no_slower_than_the_atoms_allow():
     assert (full[3:] > 0.01).all()
 
 
+def test_shears_of_a_square_are_modes_of_its_atoms():
+    """Both shears have a symmetry of their own among the vibrations of a square; those of a pentagon share theirs."""
+    k, far = RNG.uniform(0.5, 2, (2, 2))
+    square = fa.molecules.ring(4, pairs=[fa.molecules.HarmonicBond(*k), fa.molecules.HarmonicBond(*far)])
+    modes = square.normal_modes()
+    np.testing.assert_allclose(modes.omega[modes.overlap > 0.5], square.vibrations().omega, atol=1e-7)
+    np.testing.assert_allclose(modes.overlap[modes.overlap > 0.5], 1, rtol=1e-12)
+
+
 # --- motion and levels --------------------------------------------------------------------------------------------
 
 
@@ -346,6 +355,9 @@ def test_orbits_conserve_energy_and_spin():
         before, after = (fa.charts.angular_momenta(z) for z in (z0, end.z[:, 0]))
         for name in conserved:
             assert getattr(after, name) == pytest.approx(getattr(before, name), abs=1e-9)
+    constants = fa.constants_of_motion(body, end.z)
+    assert constants["p_phi"][0] == pytest.approx(after.p_phi, rel=1e-13)
+    assert constants["energy"][0] == pytest.approx(fa.constants_of_motion(body, z0)["energy"], rel=1e-9)
 
 
 def test_files_keep_the_bodies_of_molecules(tmp_path):
@@ -408,7 +420,7 @@ BONDS = {(0, 1): PAIRS[0], (1, 2): PAIRS[0]}
         ({"positions": [[0, 0, 1, 0], [0, 0, 1, 1]]}, ValueError, "positions must differ for the atoms of a pair"),
         ({"pairs": [PAIRS[0]]}, TypeError, "pairs must be potentials by pairs of atoms"),
         ({"pairs": {}}, ValueError, "pairs must have at least one entry"),
-        ({"pairs": {(0, 4): PAIRS[0]}}, ValueError, "pairs must be at most 3, got 4"),
+        ({"pairs": {(0, 4): PAIRS[0]}}, ValueError, "atoms of pairs must be at most 3, got 4"),
         ({"pairs": {(1, 1): PAIRS[0]}}, ValueError, "two different atoms once"),
         ({"pairs": {(0, 1): PAIRS[0], (1, 0): PAIRS[0]}}, ValueError, "two different atoms once"),
         ({"pairs": {0: PAIRS[0]}}, TypeError, "keys of two atoms"),
@@ -445,6 +457,11 @@ def test_molecules_without_what_is_asked_for_are_refused():
     uneven = fa.molecules.molecule(np.ones(4), [[0, 2, 2, 0], [0, 0, 1, 1]], BONDS)
     with pytest.raises(ValueError, match=r"must have equal principal moments, got 4 and 1\. Try exact_body"):
         _ = uneven.body
+    spring = fa.molecules.HarmonicBond(1.0, 0.5)
+    with pytest.raises(ValueError, match="molecule must have an equilibrium with det phi > 0"):
+        fa.molecules.ring(6, height=10.0, pairs=spring).equilibrium()
+    with pytest.raises(ValueError, match="got no finite forces or no stiffness"):
+        fa.molecules.ring(6, pairs=spring._replace(k=0.0)).equilibrium()
     apart = fa.univariate(lambda d: 1 / d, lambda d: -1 / d**2, lambda d: 2 / d**3)
     with pytest.raises(ValueError, match="molecule must have an equilibrium"):
         fa.molecules.ring(5, pairs=apart).equilibrium()

@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.arrays import checked
 from ...core.docstrings import inserts_parameters
-from ...core.numbers import fits, numbers, positive, real, shown, whole
+from ...core.numbers import MOST, fits, positive, real, shown, whole
 from ...core.status import Status
 from ...results.calls import records_call
 from ..exact.exact_levels import ROUNDING
@@ -25,6 +26,9 @@ from ..states.symmetry import action_quantum, whole_quantum
 
 VOLUME = 32 * math.pi**3
 """Integral of sin(Theta) da dPhi dTheta dPsi over U(2)."""
+
+WORDS = 24
+"""Most numbers of eight bytes for each level while a table is made. 20 are measured."""
 
 EQUAL = 1e-13
 """Largest relative difference of energies of one multiplet."""
@@ -139,6 +143,8 @@ def _constants(inertia: Any, c: Any, hbar: Any) -> _Constants:
 def _charge_and_spin(k: Any, j: Any) -> tuple[int, int]:
     """Return k and 2 j of one state; raises ValueError where k + 2 j is odd."""
     charge = whole_quantum("k", k)
+    if abs(charge) > MOST:
+        raise ValueError(f"k must be at most 2**53 in size, got {shown(k)}")
     twice = 2 * real("j", j)
     if twice < 0 or not twice.is_integer():
         raise ValueError(f"j must be an integer or half-integer of at least 0, got {shown(j)}")
@@ -163,9 +169,11 @@ def _pairs(top: _Top, end: float, name: str) -> np.ndarray:
 
 
 def _lowest(top: _Top, multiplets: int, hbar: float) -> LevelTable:
-    """Return the levels of the lowest multiplets: j = 0, 1, ..., `multiplets` of k = 0 are enough different ones."""
+    """Return the levels of the lowest multiplets: enough different energies have j = 0, 1, ..., `multiplets` of k = 0,
+    and k = 0, 2, ..., 2 `multiplets` of j = 0, which are lower for a large c.
+    """
     fits("multiplets", 10, multiplets)
-    end = float(sum(top.parts(0, 2 * multiplets))) * (1 + 4 * EQUAL)
+    end = float(min(sum(top.parts(0, 2 * multiplets)), sum(top.parts(2 * multiplets, 0)))) * (1 + 4 * EQUAL)
     pairs = _pairs(top, end, "multiplets")
     E = np.sort(sum(top.parts(*pairs)))
     first = np.flatnonzero(np.append(True, np.diff(E) > EQUAL * E[1:]))
@@ -176,9 +184,8 @@ def _lowest(top: _Top, multiplets: int, hbar: float) -> LevelTable:
 
 def _levels(name: str, top: _Top, pairs: np.ndarray, hbar: float, complete_below: float) -> LevelTable:
     """Return the table of all states of the multiplets k, 2 j, ascending; `name` is the argument that bounds them."""
-    fits(name, 16, int(((pairs[1] + 1) ** 2).sum()))
-    rows = [_states(int(k), int(twice)) for k, twice in pairs.T]
-    k, twice, m, l = np.concatenate(rows, axis=1) if rows else np.empty((4, 0), np.int64)
+    fits(name, WORDS, int(((pairs[1] + 1.0) ** 2).sum()))
+    k, twice, m, l = _states(*pairs)
     parts = np.array(top.parts(k, twice))
     E = parts.sum(axis=0)
     order = np.argsort(E, kind="stable")
@@ -199,11 +206,13 @@ def _levels(name: str, top: _Top, pairs: np.ndarray, hbar: float, complete_below
     )
 
 
-def _states(k: int, twice_j: int) -> np.ndarray:
-    """Return k, 2 j, m, l (4, (2 j + 1)^2) of a multiplet."""
-    projections = np.arange(-twice_j, twice_j + 1, 2)
-    m, l = np.meshgrid(projections, projections, indexing="ij")
-    return np.array([np.full(m.size, k), np.full(m.size, twice_j), m.ravel(), l.ravel()])
+def _states(k: np.ndarray, twice_j: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return k, 2 j, m, l of all states of the multiplets, (2 j + 1)^2 each."""
+    sizes = (twice_j + 1) ** 2
+    number = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    k, twice = np.repeat(k, sizes), np.repeat(twice_j, sizes)
+    m, l = (2 * part - twice for part in np.divmod(number, twice + 1))
+    return k, twice, m, l
 
 
 def unitary_wave(q: ArrayLike, *, k: int, j: float, m: int, l: int) -> np.ndarray:
@@ -250,14 +259,14 @@ def unitary_wave(q: ArrayLike, *, k: int, j: float, m: int, l: int) -> np.ndarra
     >>> complex(psi.round(6))
     (0.03413+0.01443j)
     """
-    rows = numbers("q", q)
-    if rows.ndim == 0 or rows.shape[0] != 4:
-        raise ValueError(f"q must have shape (4, ...), got {rows.shape}")
+    rows = checked("q", q, (4,))
     charge, twice = _charge_and_spin(k, j)
     spin, vorticity = (whole_quantum(name, value) for name, value in (("m", m), ("l", l)))
     for name, value in (("m", spin), ("l", vorticity)):
         if abs(value) > twice or (value - twice) % 2:
             raise ValueError(f"{name} must be 2 j, 2 j - 2, ..., -2 j, got {value} for j = {twice / 2:g}")
     a, Phi, Theta, Psi = rows
+    if not np.all((Theta >= 0) & (Theta <= math.pi)):
+        raise ValueError(f"q must have Theta in [0, pi], got {Theta.min():g} to {Theta.max():g}")
     phase = np.exp(0.5j * (charge * a + spin * Phi - vorticity * Psi))
     return math.sqrt((twice + 1) / VOLUME) * phase * wigner_d(twice / 2, spin / 2, -vorticity / 2, Theta)

@@ -13,6 +13,7 @@ from ...core.numbers import shown
 from .contracts import Arithmetic
 from .energy_method import energy_method
 from .matrix_potentials import MATRIX_METHODS
+from .potentials3 import Sum3
 
 
 @inserts_parameters
@@ -202,7 +203,9 @@ def _refusing(made: Callable[..., Body3]) -> Callable[..., Body3]:
 
 
 def is_of_matrices(potential: Any) -> bool:
-    """Tell whether a value is a potential of 3x3 matrices."""
+    """Tell whether a value is a potential of 3x3 matrices, of a sum whether both parts are."""
+    if isinstance(potential, Sum3):
+        return is_of_matrices(potential.first) and is_of_matrices(potential.second)
     return not isinstance(potential, type) and all(hasattr(potential, name) for name in MATRIX_METHODS)
 
 

@@ -6,6 +6,8 @@ Each class gives `value`, `slopes`, `changes` (the change of the slopes along a 
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,9 +27,14 @@ class GasCloud(NamedTuple):
     k : float, energy, default 1
         Strength of the gas: (gamma - 1) times its internal energy at J = 1.
     gamma : float, default 5/3
-        Adiabatic exponent, above 1.
+        Adiabatic exponent, above 1. An isothermal gas is ``formula3("-k*log(J)", k=...)``.
     C : float, energy, default 1
         Stiffness of the trap, 0 for a cloud that expands freely.
+
+    Raises
+    ------
+    ValueError
+        If gamma is 1.
 
     Notes
     -----
@@ -109,6 +116,22 @@ class GasCloud(NamedTuple):
             J, the volume.
         """
         return J + 0.0 * (I1 + I2)
+
+
+def _refusing(made: Callable[..., GasCloud]) -> Callable[..., GasCloud]:
+    """Let the maker of gas clouds refuse gamma = 1, where V divides by 0."""
+
+    @functools.wraps(made)
+    def wrapped(*given: Any, **named: Any) -> GasCloud:
+        cloud = made(*given, **named)
+        if isinstance(cloud.gamma, (int, float)) and cloud.gamma == 1:
+            raise ValueError(f"gamma must differ from 1, got {cloud.gamma}. Try fa.models.formula3('-k*log(J)', k=1.0).")
+        return cloud
+
+    return wrapped
+
+
+GasCloud.__new__ = _refusing(GasCloud.__new__)  # type: ignore[method-assign, assignment]
 
 
 @inertia_is_mu("fa.models.Body3(..., mu=...)")

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.arrays import checked, first
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import real, shown
 from .body3 import Body3
@@ -204,8 +205,17 @@ class ReducedBody3(NamedTuple):
         -------
         ndarray, shape (18, ...)
             Elements of phi row by row, then their momenta.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `z` has another shape or a number that is not finite, or D1 = D2 with spin + vorticity not 0.
         """
-        D1, D2, D3, p_1, p_2, p_3 = np.asarray(z, dtype=np.float64)
+        z = checked("z", z, (6,))
+        D1, D2, D3, p_1, p_2, p_3 = z
+        if self.spin + self.vorticity != 0.0 and np.any(D1 == D2):
+            place = tuple(first(D1 == D2))
+            raise ValueError(f"z must have D1 > D2 if spin + vorticity is not 0, got D1 = D2 = {D1[place]:g}.")
         less = self.spin - self.vorticity
         more = self.spin + self.vorticity
         # In the principal axes spin is D1 p21 - D2 p12 and vorticity D1 p12 - D2 p21.

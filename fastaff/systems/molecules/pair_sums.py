@@ -374,3 +374,20 @@ class MolecularBody(NamedTuple):
             2 det phi: the body ends where it is flattened to a line.
         """
         return a1 * a1 + a2 * a2 - b1 * b1 - b2 * b2
+
+    def constants(self, z):
+        """Return the constants of motion.
+
+        Parameters
+        ----------
+        z : array_like, shape (8, ...)
+            Phase points.
+
+        Returns
+        -------
+        dict of ndarray
+            Values by name: energy; p_phi, the spin.
+        """
+        a1, a2, b1, b2, pa1, pa2, pb1, pb2 = np.asarray(z, dtype=np.float64)
+        energy = self.kinetic_energy(pa1, pa2, pb1, pb2) + self.potential_energy(a1, a2, b1, b2)
+        return {"energy": energy, "p_phi": a1 * pa2 - a2 * pa1 + (b1 * pb2 - b2 * pb1)}
