@@ -519,6 +519,12 @@ def test_an_energy_that_is_not_reached_keeps_the_orbits(sheet):
     assert sheet.page.locator("[data-number=E]").input_value() == "1.5"
 
 
+def rows_of(sheet):
+    """The rows of the table, the newest first."""
+    sheet.wait("app.table.order.length === app.orbits.shown.size && !app.dirty.has('table')")
+    return sheet.page.locator("[data-part=rows] tr[data-orbit]").all_inner_texts()
+
+
 def test_colours_say_classifications_numbers_or_orbits(sheet):
     sheet.state("system=henon-heiles&crossings=300&energy=0.125&points=0.3:0.0,0.35:0.0,-0.1:0.1,0.0:0.4")
     sheet.done(4)
@@ -530,7 +536,9 @@ def test_colours_say_classifications_numbers_or_orbits(sheet):
 
     found, classifications = paints("classification"), [one.reading["classification"] for one in sheet.orbits()]
     assert {"regular", "chaotic"} <= set(classifications)
-    assert [paint == "sea" for paint in found] == [classification == "chaotic" for classification in classifications]
+    assert [paint == "chaotic" for paint in found] == [
+        classification == "chaotic" for classification in classifications
+    ]
     regular = [one for one in sheet.orbits() if one.reading["classification"] == "regular"]
     values = [one.reading["rotation"]["value"] for one in regular]
     shades = [
@@ -538,13 +546,37 @@ def test_colours_say_classifications_numbers_or_orbits(sheet):
     ]
     assert shades[int(np.argmin(values))] == 0
     assert shades[int(np.argmax(values))] == 48
-    assert sheet.text("scale").startswith("ν ")
+    low, high = min(values), max(values)
+    said = sheet.text("scale").replace("\u2212", "-").split()
+    assert said == ["regular,", "ν", f"{low:.3f}", f"{high:.3f}", "undecided", "chaotic"]
+    swatches = sheet.page.locator("[data-part=swatches] .patch").evaluate_all(
+        "(all) => all.map((one) => getComputedStyle(one).backgroundColor)"
+    )
+    assert len({*swatches}) == 2
+    assert [row.split("\t")[4] == "–" for row in rows_of(sheet)][::-1] == [one == "chaotic" for one in classifications]
     assert paints("orbit") == [None] * 4
     assert not sheet.page.locator("[data-part=scale]").is_visible()
     megno = np.array([one.reading["megno"] for one in sheet.orbits()])
     share = np.clip((np.log2(megno) - np.log2(1.5)) / (4 - np.log2(1.5)), 0.0, 1.0)
     np.testing.assert_allclose(paints("megno"), 48 * share, atol=0.51)
     paints("classification")
+
+
+def test_no_regular_orbit_is_grey(sheet):
+    """The largest crescent of Henon and Heiles at 1/8 has a number and the colours' scale; a short orbit is undecided."""
+    sheet.state("system=henon-heiles&crossings=500&energy=0.125&points=-0.3314:-0.03487,0.3:0.1")
+    sheet.done(2)
+    sheet.wait("!app.paintStale")
+    crescent, other = sheet.orbits()
+    assert crescent.reading["classification"] == other.reading["classification"] == "regular"
+    assert crescent.reading["rotation"]["error"] < 1e-4
+    assert sorted(sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)")) == [0, 48]
+    assert not any(row.split("\t")[4] == "–" for row in rows_of(sheet))
+    sheet.state("system=henon-heiles&crossings=40&energy=0.125&points=0.3:0.1")
+    sheet.done(1)
+    sheet.wait("!app.paintStale")
+    assert sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)") == ["undecided"]
+    assert sheet.text("scale").split() == ["regular,", "ν", "undecided", "chaotic"]
 
 
 @pytest.mark.parametrize("energy", [0.05, 0.125, 1 / 6 - 1e-3])

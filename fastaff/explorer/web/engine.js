@@ -1,8 +1,9 @@
 // Orbits: the package's splitting schemes, steps chosen by trial, crossings, one tangent vector, what is read of them.
 
 import { SectionWatch } from "./crossings.js";
+import { curveRotation } from "./curve.js";
 import { motionOfEquations } from "./equations.js";
-import { fundamentalFrequencies, rotationNumber } from "./readings.js";
+import { fundamentalFrequencies } from "./readings.js";
 
 const TRIAL_SPAN = 16, TRIAL_MOMENTS = 4, MEASURABLE = 3e-12, FIRST_PHASE = 0.25, COARSEST = 1.2, FINEST = 1.5e-3;
 const SHARE = 0.25, SAFETY = 0.5, HALVINGS = 3, HORIZON = 64, CHECKED = 16, SAME = 0.1;
@@ -339,7 +340,7 @@ export class Orbit {
     if (!this.count || this.status === "escaped" || this.status === "out of domain") own.classification = "undecided"; // tangent vectors grow on the way out
     const kept = Math.min(this.count, KEPT_FOR_ROTATION);
     if (!(kept < 1.2*(this.read ?? 0)) || this.status !== "running") {
-      if (kept !== this.read) this.rotation = rotationNumber(this.points.view(0, 2*kept));
+      if (kept !== this.read) this.rotation = own.classification === "chaotic" ? null : curveRotation(this.points.view(0, 2*kept));
       this.frequencies = this.lines();
       this.read = kept;
     }
