@@ -467,14 +467,37 @@ def test_hovering_reads_the_map_and_the_orbit(sheet, background):
     assert sheet.page.locator("[data-do=background]").is_disabled()
 
 
-def test_another_energy_starts_the_same_points_anew(sheet):
-    sheet.state("system=henon-heiles&crossings=20&energy=0.125&points=0.3:0.1,-0.3:0.25")
-    sheet.done(2)
-    sheet.number("E", "0.08")
-    sheet.wait("app.section.surface?.energy === 0.08 && app.pending === null")
-    sheet.done(1)
-    assert [(one.mark, one.point) for one in sheet.orbits()] == [(1, [0.3, 0.1])]
-    assert "energy surface" in sheet.text("notice")
+def test_another_energy_keeps_every_orbit(sheet):
+    """Initial conditions keep their place in the region of every energy; the first one brings all back to the bit."""
+    starts = "0.3:0.1,-0.3:0.25,0.64:0,-0.42:0.02,0.0:0.49,0.2:-0.4"
+    sheet.state(f"system=henon-heiles&crossings=20&energy=0.125&points={starts}")
+    sheet.done(6)
+    before = sheet.orbits()
+    for energy in (0.1, 0.0333, 0.16, 0.02):
+        sheet.number("E", str(energy))
+        sheet.wait("app.section.surface?.energy === given && app.pending === null", energy)
+        sheet.done(6)
+        y, p_y = np.array([one.point for one in sheet.orbits()]).T
+        assert (p_y**2 + y**2 - 2 / 3 * y**3 <= 2 * energy).all()
+        assert [one.mark for one in sheet.orbits()] == [1, 2, 3, 4, 5, 6]
+        assert sheet.text("notice").startswith(f"6 initial conditions scaled to the accessible region at E = {energy}.")
+        assert "is-wrong" not in sheet.page.locator("[data-part=notice]").get_attribute("class")
+        roots = np.sort(np.roots([-1 / 3, 1 / 2, 0.0, -energy]).real)[:2]
+        share = (y - roots[0]) / np.ptp(roots)
+        assert share.min() < 0.1
+        assert share.max() > 0.9
+    sheet.number("E", "0.125")
+    sheet.wait("app.section.surface?.energy === 0.125 && app.pending === null")
+    sheet.done(6)
+    assert [one.z0 for one in sheet.orbits()] == [one.z0 for one in before]
+    assert [one.points.tolist() for one in sheet.orbits()] == [one.points.tolist() for one in before]
+    sheet.number("lam", "1.3")  # whose region is smaller: a point inside of it stays where it is
+    sheet.wait("app.pending === null && app.state.parameters.lam === 1.3 && app.section.surface !== null")
+    sheet.done(6)
+    assert sheet.orbits()[0].point == [0.3, 0.1]
+    sheet.click(-0.51, 0.5)
+    sheet.wait("app.part('notice').textContent.includes('energy surface')")
+    assert sheet.text("notice").startswith("y = ")
 
 
 def test_another_energy_fits_the_view_unless_it_was_zoomed(sheet):
@@ -563,7 +586,7 @@ def test_colours_say_classifications_numbers_or_orbits(sheet):
 
 
 def test_no_regular_orbit_is_grey(sheet):
-    """The largest crescent of Henon and Heiles at 1/8 has a number and the colours' scale; a short orbit is undecided."""
+    """The largest crescent of Henon and Heiles at 1/8 has a number and the scale's colours; a short one is undecided."""
     sheet.state("system=henon-heiles&crossings=500&energy=0.125&points=-0.3314:-0.03487,0.3:0.1")
     sheet.done(2)
     sheet.wait("!app.paintStale")

@@ -10,6 +10,7 @@ const SHARE = 0.25, SAFETY = 0.5, HALVINGS = 3, HORIZON = 64, CHECKED = 16, SAME
 const LOOK_STEPS = 64, LOOK_PHASE = 0.2, LOOK_RANGE = [0.08, 0.5], LEAP = 32;
 const FARTHEST = 1e6, PATIENCE = 2000, LONGEST = 1e8, LN10 = Math.log(10), CALM_PERIODS = 200, MEGNO_LIMIT = 5;
 export const SAMPLED = 4096, KEPT_FOR_ROTATION = 1 << 15;
+const WAY_STEPS = 256; // at least, to where an orbit that can leave counts as escaped
 const SAMPLE_PHASE = 0.35, ROUNDING_OF_ENERGY = 8*2.220446049250313e-16;
 
 /** The steps of a scheme for a system with parameters P: advance moves a state in place. */
@@ -249,6 +250,15 @@ function judged(beyond, calm, long) {
   return beyond && !calm ? "chaotic" : calm && !beyond && long ? "regular" : "undecided";
 }
 
+function lengthOf(z, n) { return Math.hypot(...z.subarray(0, n)); }
+
+/** The time in which a start runs through a share of the way to where it counts as escaped. */
+function shareOfWay(flow, z0, far) {
+  const f = new Float64Array(z0.length);
+  flow.derivative(z0, f);
+  return far/(WAY_STEPS*lengthOf(f, flow.n)) || Infinity;
+}
+
 /** Numbers that grow in number. */
 export class Numbers {
   constructor() { this.array = new Float64Array(1024); this.length = 0; }
@@ -269,7 +279,9 @@ export class Numbers {
 export class Orbit {
   constructor(id, point, z0, surface, { system, P, scheme, accuracy, frame, crossings }) {
     Object.assign(this, { id, point, z0, surface, system, P, wanted: crossings });
-    const chosen = stepFor(system, P, scheme, surface, z0, accuracy);
+    const chosen = stepFor(system, P, scheme, surface, z0, accuracy), far = surface.far ?? Infinity;
+    chosen.motion.radius = Math.min(chosen.motion.radius, Math.max(far, 2*lengthOf(z0, system.n)));
+    chosen.step = Math.min(chosen.step, shareOfWay(new Flow(system, P, scheme, 1), z0, far));
     this.motion = chosen.motion; this.error = chosen.error;
     this.flow = new Flow(system, P, scheme, chosen.step);
     this.z = Float64Array.from(z0);

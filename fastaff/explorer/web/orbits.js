@@ -13,7 +13,7 @@ export function makeOrbits() {
 // surface keeps its mark.
 export function newOrbit(number, mark, point) {
   return {
-    number, mark, point, z0: null, step: null, points: new Float64Array(256), count: 0, hidden: false, paint: "undecided",
+    number, mark, point, home: null, z0: null, step: null, points: new Float64Array(256), count: 0, hidden: false, paint: "undecided",
     reading: { crossings: 0, time: 0, rotation: null, lyapunov: null, megno: null, classification: "undecided", energy_error: null, frequencies: null, status: "running" },
   };
 }

@@ -2,7 +2,7 @@
 
 import { isEquations, sidesOf } from "./equations_code.js";
 import { readMap } from "./map_formula.js";
-import { shownFormula } from "./text.js";
+import { periodicPieces, shownFormula } from "./text.js";
 
 const NUMBER = /^[+-]?(\d{1,17}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,3})?$/;
 const NAME = /^[A-Za-z][A-Za-z0-9_]{0,31}$/;
@@ -54,7 +54,7 @@ export function systemOf(setup, state) {
   if (!kind) return setup.systems.find((system) => system.name === state.system);
   if (kind === "map") {
     const { coordinates, momenta } = rowsOf(state.formula), sections = coordinates.map((name, i) => ({ name: name + "," + momenta[i], constant: null }));
-    const periodic = state.periodic.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean);
+    const periodic = periodicPieces(state.periodic);
     const job = { map: state.formula, ...(periodic.length ? { periodic } : {}) };
     return { name: state.system, title: "Your map", formula: shownFormula(state.formula), kind, own: true, coordinates, momenta, parameters: [], sections, job };
   }
@@ -74,7 +74,7 @@ const namesIn = (text) => text.split(/[ ,]+/).filter(Boolean);
 function jobOf(kind, { formula, coordinates, momenta, periodic, drive_period }) {
   if (kind === "body") return { formula };
   if (kind === "ode") return drive_period ? null : { ode: formula };
-  const beside = { ...(namesIn(momenta).length ? { momenta: namesIn(momenta).join(" ") } : {}), ...(periodic ? { periodic: periodic.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean) } : {}) };
+  const beside = { ...(namesIn(momenta).length ? { momenta: namesIn(momenta).join(" ") } : {}), ...(periodic ? { periodic: periodicPieces(periodic) } : {}) };
   return { hamiltonian: formula, coordinates: namesIn(coordinates).join(" "), ...beside, ...(drive_period ? { drive_period } : {}) };
 }
 

@@ -22,6 +22,11 @@ export function shownNumber(value, digits = 4) {
   return (factor + "·10" + raised).replace("-", MINUS);
 }
 
+// The pieces NAME=PERIOD of a text, separated by commas, semicolons, lines or blanks.
+export function periodicPieces(text) {
+  return text.split(/[,;\n]|\s+(?=[A-Za-z]\w*\s*=)/).map((piece) => piece.trim()).filter(Boolean);
+}
+
 // Two ends of a scale with three decimals, or with as many as tell them apart.
 export function shownEnds(low, high) {
   const places = Math.min(12, Math.max(3, 2 - Math.floor(Math.log10(high - low || 1))));
