@@ -12,6 +12,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from page_engine import compute, needs_node
+
 import fastaff as fa
 from fastaff.explorer.page import page as assembled
 from fastaff.jobs import Job
@@ -660,6 +662,39 @@ def test_the_motion_is_that_of_the_orbit(sheet):
     assert sheet.get("app.motion.playing") is False
 
 
+def test_configuration_space_fits_its_region(sheet):
+    """The log potential of half widths sqrt(e^E - c^2) and 0.9 times that; a region that goes on has its cut marked."""
+    sheet.state(
+        "system=your-plane&formula=log(x**2%2B0.14**2%2B(y/0.9)**2)&coordinates=x+y&energy=0.125&section=x%3Dc&constant=0"
+    )
+    sheet.wait("app.configuration.region !== null")
+    half = np.sqrt(np.exp(0.125) - 0.14**2)
+    extent = np.array(sheet.get("app.configuration.region.extent"))
+    exact = np.array([-half, half, -0.9 * half, 0.9 * half])
+    assert (np.abs(extent) >= np.abs(exact)).all()
+    np.testing.assert_allclose(extent, exact, rtol=0.08)
+    cuts = (
+        "(() => { const { values, width, height } = app.configuration.region;"
+        " return [...values].some((value, k) => value <= 0 && (k < width || k >= width*(height - 1)"
+        " || k % width === 0 || k % width === width - 1)); })()"
+    )
+    assert sheet.get(cuts) is False
+    sheet.state("system=henon-heiles&energy=0.2")  # above the saddles: it goes on at three of them
+    sheet.wait("app.configuration.region !== null")
+    assert sheet.get(cuts) is True
+
+
+@needs_node
+def test_the_cut_of_a_region_is_marked():
+    """Edges of the cells at the border that are in the region; where an angle goes round or alpha is 0, none."""
+    region = "{ values: [-1, 1, -1, -1, 1, 1], width: 3, height: 2, extent: [0, 3, 0, 2], spans: [0, 0] }"
+    found = compute(f"[cutsOf({region}, 'plane'), cutsOf({region}, 'body')]", "view_configuration.js")
+    assert sorted(found[0]) == [[0, 0, 0, 1], [0, 0, 1, 0], [2, 0, 3, 0], [3, 0, 3, 1]]
+    assert found[1] == [[3, 0, 3, 1]]
+    turning = region.replace("[0, 0] }", "[3, 0] }")
+    assert sorted(compute(f"cutsOf({turning}, 'plane')", "view_configuration.js")) == [[0, 0, 1, 0], [2, 0, 3, 0]]
+
+
 def test_beyond_a_million_points_their_density_is_drawn(sheet):
     sheet.state("system=henon-heiles&crossings=1&points=0.3:0.1")
     sheet.done(1)
@@ -722,6 +757,9 @@ def test_on_a_telephone(browser, file):
     )
     sheet = Sheet(context, file.as_uri() + "#system=henon-heiles&crossings=20")
     assert sheet.get("document.documentElement.scrollWidth") <= 390
+    tops = [sheet.page.locator(f"[data-{one}]").bounding_box()["y"] for one in ("part=stage", "do=box", "do=undo")]
+    assert tops == sorted(tops)
+    assert tops[0] < 100  # the plot is above the buttons
     sheet.page.touchscreen.tap(*sheet.pixel(0.3, 0.1))
     sheet.done(1)
     np.testing.assert_allclose(sheet.orbits()[0].point, (0.3, 0.1), atol=0.01)
@@ -782,6 +820,9 @@ def test_where_nothing_comes_back_the_page_suggests_an_energy(browser, tmp_path)
         sheet = Sheet(context, path.as_uri())
         sheet.wait("app.part('notice').textContent.includes('escape')")
         assert sheet.text("notice") == f"All orbits escape above E = 0. Try E = {lower:.2g}.".replace("-", "\u2212")
+        sheet.wait("[...app.orbits.shown.values()].every((one) => one.reading.status === 'escaped')")
+        (gone,) = sheet.orbits()  # a hundred widths of the view away
+        assert gone.reading["time"] < 1e5
         assert sheet.text("count").startswith("1 orbit (1 undecided)")
         for energy in (float(str(said.value).rpartition("=")[2]), lower):
             fa.energy_grid(fa.hamiltonian(text), energy=energy, section="x=0", axes=([0.4], [0.0]))

@@ -158,7 +158,8 @@ export function settle(setup, state, system) {
   if (!known) Object.assign(state, { section: system.sections[0].name, constant: system.sections[0].constant });
   if (!same || !state.others) state.others = rows;
   if (!schemesFor(setup, system).some((scheme) => scheme.name === state.scheme)) state.scheme = usualScheme(setup, system);
-  if (system.driven) state.phase ??= 0;
+  if (system.driven && state.phase === null) Object.assign(state, { phase: 0, crossings: Math.max(state.crossings, MAP_ITERATES) });
+  else if (system.driven) state.phase ??= 0;
   else if (system.own) state.phase = null;
   const timeless = system.kind === "map" || system.kind === "ode";
   if (timeless) state.energy = null;
