@@ -116,7 +116,7 @@ def test_driven_systems_and_flows_are_typed(sheet):
 
 
 def test_another_flow_has_its_own_section(sheet):
-    """Rössler after Lorenz: letters at 1, y = 0 from a trial orbit, twelve orbits; their crossings are those of Python."""
+    """Rössler after Lorenz: letters at 1, y = 0 from a trial orbit, twelve orbits as in Python."""
     sheet.state("system=your-ode&crossings=5")
     type_in(sheet, formula="x' = -y - z; y' = x + a*y; z' = b + z*(x - c)")
     sheet.wait("Object.keys(app.state.parameters).join() === 'a,b,c'")
@@ -137,7 +137,7 @@ def test_another_flow_has_its_own_section(sheet):
 
 
 def test_a_driven_pendulum_knows_its_angle(sheet):
-    """Typed without its period, as hamiltonian takes it: -pi to pi and twelve orbits; Duffing's oscillator has no angle."""
+    """Typed without its period, as hamiltonian takes it: -pi to pi, twelve orbits; Duffing has no angle."""
     sheet.state("system=your-plane")
     type_in(sheet, formula="-cos(x) - a*x*cos(w*t)", coordinates="x", drive_period="2*pi/w")
     sheet.wait("app.section.surface?.periods?.[0] > 6 && app.orbits.shown.size === 12")
