@@ -36,6 +36,7 @@ def test_a_double_pendulum_is_typed(sheet, here):
     assert sheet.page.locator("[data-part=scheme] option").all_inner_texts() == ["Gauss 8", "Gauss 16"]
     assert sheet.get("app.section.surface.extent")[:2] == pytest.approx([-np.pi, np.pi])
     assert sheet.get("app.section.surface.minimum") == pytest.approx(-3.0)
+    sheet.do("clear")
     sheet.click(0.3, 0.2)
     sheet.done(1)
     (one,) = sheet.orbits()
@@ -84,6 +85,7 @@ def test_driven_systems_and_flows_are_typed(sheet):
     sheet.number("w", "0.8")
     sheet.wait("app.pending === null && app.state.parameters.w === 0.8 && app.section.surface.periods[0] > 6")
     assert not sheet.page.locator("[data-part=direction]").is_visible()
+    sheet.do("clear")
     sheet.click(0.5, 0.3)
     sheet.done(1)
     (one,) = sheet.orbits()
@@ -124,7 +126,7 @@ def test_another_flow_has_its_own_section(sheet):
     for name, value in (("c", 5.7), ("b", 0.2), ("a", 0.2)):
         sheet.number(name, str(value))
         sheet.wait(f"app.pending === null && app.state.parameters.{name} === {value} && app.section.surface !== null")
-    assert sheet.get("[app.state.section, app.state.constant]") == ["y=c", 0]
+    sheet.wait("app.state.section === 'y=c' && app.state.constant === 0")
     sheet.wait("app.orbits.shown.size === 12 && [...app.orbits.shown.values()].every((one) => one.count >= 3)")
     one = sheet.orbits()[0]
     flow = fa.ode("x' = -y - z; y' = x + a*y; z' = b + z*(x - c)", a=0.2, b=0.2, c=5.7)

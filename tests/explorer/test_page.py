@@ -215,6 +215,7 @@ def test_formulas_of_ones_own(sheet):
     assert sheet.page.locator("[data-part=parameters] input[type=text]").count() == 1
     sheet.number("a", "4")
     sheet.wait("app.section.surface !== null && app.pending === null && app.section.surface.extent[1] < 0.3")
+    sheet.do("clear")
     sheet.click(0.1, 0.0)
     sheet.done(1)
     (one,) = sheet.orbits()

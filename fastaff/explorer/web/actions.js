@@ -126,6 +126,7 @@ export function makeActions(app) {
     const removed = takeAll([...orbits.shown.keys()]);
     if (removed.length) forget(remember(orbits, { removed }));
     orbits.nextMark = 1;
+    app.own = true;
     notice(removed.length ? "Orbits removed. U restores them." : "");
   }
 
@@ -334,9 +335,9 @@ export function makeActions(app) {
   function askSurface() {
     const { state } = app;
     if (!app.ready) return;
-    const system = systemOf(setup, state);
-    if (system.kind === "map") app.send({ type: "surface", energy: null, section: state.section, others: { ...state.others }, phase: state.phase ?? 0, width: REGION_CELLS, height: REGION_CELLS });
-    else app.send({ type: "surface", tried: Boolean(state.tried), energy: state.energy, others: { ...state.others }, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
+    const system = systemOf(setup, state), asked = ++app.asked;
+    if (system.kind === "map") app.send({ type: "surface", asked, energy: null, section: state.section, others: { ...state.others }, phase: state.phase ?? 0, width: REGION_CELLS, height: REGION_CELLS });
+    else app.send({ type: "surface", asked, tried: Boolean(state.tried), energy: state.energy, others: { ...state.others }, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
     remembered();
     showBackgroundState();
   }
@@ -354,6 +355,7 @@ export function makeActions(app) {
       app.surfaceLost = true;
     }
     app.scaled = "";
+    app.asked++; // an answer that is on its way is of the state before
     notice("");
     clearTimeout(timer);
     timer = setTimeout(first ?? askSurface, LIVE);

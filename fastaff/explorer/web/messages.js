@@ -58,6 +58,7 @@ function showUnread(app, is) {
 
 function takeSurfaceMessage(app, message) {
   const { state, section } = app;
+  if (message.asked !== undefined && message.asked !== app.asked) return; // of an older question
   app.surfaceLost = message.energy !== state.energy; // of an older question, whose orbits went with it
   if (app.surfaceLost) return;
   showWrong(app.panel, "energy", null);

@@ -76,7 +76,7 @@ export class Explorer {
     const outline = outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v, top(u)), general ? 0 : 0.2);
     this.post({
       type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, outline, minimum, escape, spans: surface.seenSpans ?? [0, 0],
-      section: surface.section, constant: surface.constant, energy: surface.energy,
+      section: surface.section, constant: surface.constant, energy: surface.energy, asked: message.asked,
     }, [allowed.buffer, outline.buffer]);
     return undefined;
   }
@@ -91,7 +91,7 @@ export class Explorer {
   }
 
   /** Tell of a plane of a map; open: its domain has no edge in the rectangle, and goes on beside it. */
-  showPlane(surface, { width = 200, height = 160 }, trial = null) {
+  showPlane(surface, { width = 200, height = 160, asked }, trial = null) {
     const extent = surface.extent(), allowed = surface.mask(extent, width, height), open = allowed.every((is) => is);
     if (!allowed.some((is) => is)) throw wrong("section", "the plane must contain points of the domain");
     this.begin(surface, extent);
@@ -99,7 +99,7 @@ export class Explorer {
     const { labels, axes, section, energy, constant, periods } = surface;
     this.post({
       type: "surface", labels, axes, extent, width, height, allowed, outline, minimum: null, escape: null, section, constant, energy,
-      periods, spans: surface.seenSpans ?? periods, open, trial,
+      periods, spans: surface.seenSpans ?? periods, open, trial, asked,
     }, [allowed.buffer]);
   }
 
