@@ -379,7 +379,9 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
         if not current_system(made).isotropic:
             raise ValueError("formula must be isotropic, the same for rotations of a and b, to have sections")
         return made
-    pieces = [part.strip() for part in re.split(r"[,;\n]", given.get("periodic") or "") if part.strip()]
+    pieces = [
+        part.strip() for part in re.split(r"[,;\n]|\s+(?=[A-Za-z]\w*\s*=)", given.get("periodic") or "") if part.strip()
+    ]
     periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in pieces)}
     if given["kind"] == "map":
         return (

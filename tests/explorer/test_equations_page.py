@@ -36,6 +36,7 @@ def test_a_double_pendulum_is_typed(sheet, here):
     assert sheet.page.locator("[data-part=scheme] option").all_inner_texts() == ["Gauss 8", "Gauss 16"]
     assert sheet.get("app.section.surface.extent")[:2] == pytest.approx([-np.pi, np.pi])
     assert sheet.get("app.section.surface.minimum") == pytest.approx(-3.0)
+    sheet.do("clear")
     sheet.click(0.3, 0.2)
     sheet.done(1)
     (one,) = sheet.orbits()
@@ -84,6 +85,7 @@ def test_driven_systems_and_flows_are_typed(sheet):
     sheet.number("w", "0.8")
     sheet.wait("app.pending === null && app.state.parameters.w === 0.8 && app.section.surface.periods[0] > 6")
     assert not sheet.page.locator("[data-part=direction]").is_visible()
+    sheet.do("clear")
     sheet.click(0.5, 0.3)
     sheet.done(1)
     (one,) = sheet.orbits()
@@ -113,6 +115,58 @@ def test_driven_systems_and_flows_are_typed(sheet):
     sheet.wait("app.part('wrong-formula').hidden && app.section.surface?.axes.join() === 'x,p'")
     sheet.wait("location.hash.includes('drive_period=2*pi')")
     assert sheet.get("app.state.energy") is None
+
+
+def test_another_flow_has_its_own_section(sheet):
+    """Rössler after Lorenz: letters at 1, y = 0 from a trial orbit, twelve orbits as in Python."""
+    sheet.state("system=your-ode&crossings=5")
+    type_in(sheet, formula="x' = -y - z; y' = x + a*y; z' = b + z*(x - c)")
+    sheet.wait("Object.keys(app.state.parameters).join() === 'a,b,c'")
+    assert sheet.get("app.state.parameters") == {"a": 1, "b": 1, "c": 1}
+    for name, value in (("c", 5.7), ("b", 0.2), ("a", 0.2)):
+        sheet.number(name, str(value))
+        sheet.wait(f"app.pending === null && app.state.parameters.{name} === {value} && app.section.surface !== null")
+    sheet.wait("app.state.section === 'y=c' && app.state.constant === 0")
+    sheet.wait("app.orbits.shown.size === 12 && [...app.orbits.shown.values()].every((one) => one.count >= 3)")
+    one = sheet.orbits()[0]
+    flow = fa.ode("x' = -y - z; y' = x + a*y; z' = b + z*(x - c)", a=0.2, b=0.2, c=5.7)
+    cut = fa.poincare_map(flow, one.z0, section="y=0", crossings=3, max_time=100.0, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(one.points[:, :3], cut.points[[0, 2], :3, 0], atol=1e-7)
+    sheet.number("y", "0.5")  # a section of one's own stays
+    sheet.number("a", "0.25")
+    sheet.wait("app.pending === null && app.state.parameters.a === 0.25 && app.section.surface !== null")
+    assert sheet.get("[app.state.section, app.state.constant]") == ["y=c", 0.5]
+
+
+def test_a_driven_pendulum_knows_its_angle(sheet):
+    """Typed without its period, as hamiltonian takes it: -pi to pi, twelve orbits; Duffing has no angle."""
+    sheet.state("system=your-plane")
+    type_in(sheet, formula="-cos(x) - a*x*cos(w*t)", coordinates="x", drive_period="2*pi/w")
+    sheet.wait("app.section.surface?.periods?.[0] > 6 && app.orbits.shown.size === 12")
+    assert sheet.get("app.section.surface.extent")[:2] == pytest.approx([-np.pi, np.pi])
+    type_in(sheet, formula="x**4/4 - x**2/2 - a*x*cos(w*t)")
+    sheet.wait("app.section.surface?.periods?.[0] === 0")
+
+
+def test_what_is_wrong_with_an_angle_stands_at_its_box(sheet):
+    """Blanks separate angles; a wrong one marks its own box, a wrong formula greys the plot."""
+    sheet.state("system=your-plane&crossings=5")
+    type_in(sheet, formula=ENERGY, coordinates="q1 q2", momenta="p1 p2", periodic="q1=2*pi q2 = 2*pi")
+    sheet.wait("app.section.surface?.axes.join() === 'q2,p2'")
+    assert sheet.get("app.section.surface.spans") == pytest.approx([2 * np.pi, 0])
+    type_in(sheet, periodic="q1=2*pi q5=2*pi")
+    sheet.wait("!app.part('wrong-periodic').hidden")
+    assert "q5" in sheet.text("wrong-periodic")
+    assert sheet.page.locator("[data-part=periodic]").get_attribute("aria-invalid") == "true"
+    assert sheet.page.locator("[data-part=formula]").get_attribute("aria-invalid") is None
+    assert not sheet.page.locator("[data-part=wrong-formula]").is_visible()
+    type_in(sheet, periodic="", formula="p1**2/2 + (")
+    sheet.wait("!app.part('wrong-formula').hidden && app.part('wrong-periodic').hidden")
+    assert sheet.text("unread") == "Formula not read."
+    assert not sheet.page.locator("[data-part=hello]").is_visible()
+    assert float(sheet.page.locator("[data-part=back]").evaluate("(one) => getComputedStyle(one).opacity")) < 0.5
+    type_in(sheet, formula=ENERGY, periodic="q1=2*pi, q2=2*pi")
+    sheet.wait("app.section.surface !== null && app.part('unread').hidden")
 
 
 def test_pages_of_models_made_in_python(browser, tmp_path):

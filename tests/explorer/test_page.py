@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from page_engine import compute, needs_node
 
 import fastaff as fa
 from fastaff.explorer.page import page as assembled
@@ -214,6 +215,7 @@ def test_formulas_of_ones_own(sheet):
     assert sheet.page.locator("[data-part=parameters] input[type=text]").count() == 1
     sheet.number("a", "4")
     sheet.wait("app.section.surface !== null && app.pending === null && app.section.surface.extent[1] < 0.3")
+    sheet.do("clear")
     sheet.click(0.1, 0.0)
     sheet.done(1)
     (one,) = sheet.orbits()
@@ -467,14 +469,37 @@ def test_hovering_reads_the_map_and_the_orbit(sheet, background):
     assert sheet.page.locator("[data-do=background]").is_disabled()
 
 
-def test_another_energy_starts_the_same_points_anew(sheet):
-    sheet.state("system=henon-heiles&crossings=20&energy=0.125&points=0.3:0.1,-0.3:0.25")
-    sheet.done(2)
-    sheet.number("E", "0.08")
-    sheet.wait("app.section.surface?.energy === 0.08 && app.pending === null")
-    sheet.done(1)
-    assert [(one.mark, one.point) for one in sheet.orbits()] == [(1, [0.3, 0.1])]
-    assert "energy surface" in sheet.text("notice")
+def test_another_energy_keeps_every_orbit(sheet):
+    """Initial conditions keep their place in the region of every energy; the first one brings all back to the bit."""
+    starts = "0.3:0.1,-0.3:0.25,0.64:0,-0.42:0.02,0.0:0.49,0.2:-0.4"
+    sheet.state(f"system=henon-heiles&crossings=20&energy=0.125&points={starts}")
+    sheet.done(6)
+    before = sheet.orbits()
+    for energy in (0.1, 0.0333, 0.16, 0.02):
+        sheet.number("E", str(energy))
+        sheet.wait("app.section.surface?.energy === given && app.pending === null", energy)
+        sheet.done(6)
+        y, p_y = np.array([one.point for one in sheet.orbits()]).T
+        assert (p_y**2 + y**2 - 2 / 3 * y**3 <= 2 * energy).all()
+        assert [one.mark for one in sheet.orbits()] == [1, 2, 3, 4, 5, 6]
+        assert sheet.text("notice").startswith(f"6 initial conditions scaled to the accessible region at E = {energy}.")
+        assert "is-wrong" not in sheet.page.locator("[data-part=notice]").get_attribute("class")
+        roots = np.sort(np.roots([-1 / 3, 1 / 2, 0.0, -energy]).real)[:2]
+        share = (y - roots[0]) / np.ptp(roots)
+        assert share.min() < 0.1
+        assert share.max() > 0.9
+    sheet.number("E", "0.125")
+    sheet.wait("app.section.surface?.energy === 0.125 && app.pending === null")
+    sheet.done(6)
+    assert [one.z0 for one in sheet.orbits()] == [one.z0 for one in before]
+    assert [one.points.tolist() for one in sheet.orbits()] == [one.points.tolist() for one in before]
+    sheet.number("lam", "1.3")  # whose region is smaller: a point inside of it stays where it is
+    sheet.wait("app.pending === null && app.state.parameters.lam === 1.3 && app.section.surface !== null")
+    sheet.done(6)
+    assert sheet.orbits()[0].point == [0.3, 0.1]
+    sheet.click(-0.51, 0.5)
+    sheet.wait("app.part('notice').textContent.includes('energy surface')")
+    assert sheet.text("notice").startswith("y = ")
 
 
 def test_another_energy_fits_the_view_unless_it_was_zoomed(sheet):
@@ -519,6 +544,12 @@ def test_an_energy_that_is_not_reached_keeps_the_orbits(sheet):
     assert sheet.page.locator("[data-number=E]").input_value() == "1.5"
 
 
+def rows_of(sheet):
+    """The rows of the table, the newest first."""
+    sheet.wait("app.table.order.length === app.orbits.shown.size && !app.dirty.has('table')")
+    return sheet.page.locator("[data-part=rows] tr[data-orbit]").all_inner_texts()
+
+
 def test_colours_say_classifications_numbers_or_orbits(sheet):
     sheet.state("system=henon-heiles&crossings=300&energy=0.125&points=0.3:0.0,0.35:0.0,-0.1:0.1,0.0:0.4")
     sheet.done(4)
@@ -530,7 +561,9 @@ def test_colours_say_classifications_numbers_or_orbits(sheet):
 
     found, classifications = paints("classification"), [one.reading["classification"] for one in sheet.orbits()]
     assert {"regular", "chaotic"} <= set(classifications)
-    assert [paint == "sea" for paint in found] == [classification == "chaotic" for classification in classifications]
+    assert [paint == "chaotic" for paint in found] == [
+        classification == "chaotic" for classification in classifications
+    ]
     regular = [one for one in sheet.orbits() if one.reading["classification"] == "regular"]
     values = [one.reading["rotation"]["value"] for one in regular]
     shades = [
@@ -538,13 +571,37 @@ def test_colours_say_classifications_numbers_or_orbits(sheet):
     ]
     assert shades[int(np.argmin(values))] == 0
     assert shades[int(np.argmax(values))] == 48
-    assert sheet.text("scale").startswith("ν ")
+    low, high = min(values), max(values)
+    said = sheet.text("scale").replace("\u2212", "-").split()
+    assert said == ["regular,", "ν", f"{low:.3f}", f"{high:.3f}", "undecided", "chaotic"]
+    swatches = sheet.page.locator("[data-part=swatches] .patch").evaluate_all(
+        "(all) => all.map((one) => getComputedStyle(one).backgroundColor)"
+    )
+    assert len({*swatches}) == 2
+    assert [row.split("\t")[4] == "–" for row in rows_of(sheet)][::-1] == [one == "chaotic" for one in classifications]
     assert paints("orbit") == [None] * 4
     assert not sheet.page.locator("[data-part=scale]").is_visible()
     megno = np.array([one.reading["megno"] for one in sheet.orbits()])
     share = np.clip((np.log2(megno) - np.log2(1.5)) / (4 - np.log2(1.5)), 0.0, 1.0)
     np.testing.assert_allclose(paints("megno"), 48 * share, atol=0.51)
     paints("classification")
+
+
+def test_no_regular_orbit_is_grey(sheet):
+    """The largest crescent of Henon and Heiles at 1/8 has a number and a colour; a short one is undecided."""
+    sheet.state("system=henon-heiles&crossings=500&energy=0.125&points=-0.3314:-0.03487,0.3:0.1")
+    sheet.done(2)
+    sheet.wait("!app.paintStale")
+    crescent, other = sheet.orbits()
+    assert crescent.reading["classification"] == other.reading["classification"] == "regular"
+    assert crescent.reading["rotation"]["error"] < 1e-4
+    assert sorted(sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)")) == [0, 48]
+    assert not any(row.split("\t")[4] == "–" for row in rows_of(sheet))
+    sheet.state("system=henon-heiles&crossings=40&energy=0.125&points=0.3:0.1")
+    sheet.done(1)
+    sheet.wait("!app.paintStale")
+    assert sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)") == ["undecided"]
+    assert sheet.text("scale").split() == ["regular,", "ν", "undecided", "chaotic"]
 
 
 @pytest.mark.parametrize("energy", [0.05, 0.125, 1 / 6 - 1e-3])
@@ -603,6 +660,40 @@ def test_the_motion_is_that_of_the_orbit(sheet):
     sheet.wait("app.motion.time > 0.05")
     sheet.page.keyboard.press(" ")
     assert sheet.get("app.motion.playing") is False
+
+
+def test_configuration_space_fits_its_region(sheet):
+    """The log potential of half widths sqrt(e^E - c^2) and 0.9 times that; a region that goes on has its cut marked."""
+    sheet.state(
+        "system=your-plane&formula=log(x**2%2B0.14**2%2B(y/0.9)**2)&coordinates=x+y&energy=0.125&section=x%3Dc&constant=0"
+    )
+    sheet.wait("app.configuration.region !== null")
+    half = np.sqrt(np.exp(0.125) - 0.14**2)
+    extent = np.array(sheet.get("app.configuration.region.extent"))
+    exact = np.array([-half, half, -0.9 * half, 0.9 * half])
+    assert (np.abs(extent) >= np.abs(exact)).all()
+    np.testing.assert_allclose(extent, exact, rtol=0.08)
+    cuts = (
+        "(() => { const { values, width, height } = app.configuration.region;"
+        " return [...values].some((value, k) => value <= 0 && (k < width || k >= width*(height - 1)"
+        " || k % width === 0 || k % width === width - 1)); })()"
+    )
+    assert sheet.get(cuts) is False
+    sheet.state("system=henon-heiles&energy=0.2")  # above the saddles: it goes on at three of them
+    sheet.wait("app.configuration.region !== null")
+    assert sheet.get(cuts) is True
+
+
+@needs_node
+def test_the_cut_of_a_region_is_marked():
+    """Edges of the cells at the border that are in the region; where an angle goes round or alpha is 0, none."""
+    region = "{ values: [-1, 1, -1, -1, 1, 1], width: 3, height: 2, extent: [0, 3, 0, 2], spans: [0, 0] }"
+    found = compute(f"[cutsOf({region}, 'plane'), cutsOf({region}, 'body')]", "view_configuration.js")
+    left, right, low, high = [[0, 0, 0, 1], [0, 1, 0, 2]], [[3, 0, 3, 1]], [[0, 0, 1, 0], [2, 0, 3, 0]], [[0, 2, 1, 2]]
+    assert sorted(found[0]) == sorted(left + right + low + high)
+    assert sorted(found[1]) == sorted(right + high)
+    turning = region.replace("[0, 0] }", "[3, 0] }")
+    assert sorted(compute(f"cutsOf({turning}, 'plane')", "view_configuration.js")) == sorted(low + high)
 
 
 def test_beyond_a_million_points_their_density_is_drawn(sheet):
@@ -667,6 +758,9 @@ def test_on_a_telephone(browser, file):
     )
     sheet = Sheet(context, file.as_uri() + "#system=henon-heiles&crossings=20")
     assert sheet.get("document.documentElement.scrollWidth") <= 390
+    tops = [sheet.page.locator(f"[data-{one}]").bounding_box()["y"] for one in ("part=stage", "do=box", "do=undo")]
+    assert tops == sorted(tops)
+    assert tops[0] < 100  # the plot is above the buttons
     sheet.page.touchscreen.tap(*sheet.pixel(0.3, 0.1))
     sheet.done(1)
     np.testing.assert_allclose(sheet.orbits()[0].point, (0.3, 0.1), atol=0.01)
@@ -727,6 +821,9 @@ def test_where_nothing_comes_back_the_page_suggests_an_energy(browser, tmp_path)
         sheet = Sheet(context, path.as_uri())
         sheet.wait("app.part('notice').textContent.includes('escape')")
         assert sheet.text("notice") == f"All orbits escape above E = 0. Try E = {lower:.2g}.".replace("-", "\u2212")
+        sheet.wait("[...app.orbits.shown.values()].every((one) => one.reading.status === 'escaped')")
+        (gone,) = sheet.orbits()  # a hundred widths of the view away
+        assert gone.reading["time"] < 1e5
         assert sheet.text("count").startswith("1 orbit (1 undecided)")
         for energy in (float(str(said.value).rpartition("=")[2]), lower):
             fa.energy_grid(fa.hamiltonian(text), energy=energy, section="x=0", axes=([0.4], [0.0]))

@@ -3,6 +3,8 @@
 # ruff: noqa: B008
 from __future__ import annotations
 
+import sys
+import webbrowser
 from pathlib import Path
 from typing import Annotated
 
@@ -26,6 +28,7 @@ def explore(
     scheme: Annotated[str | None, Parameter(group=HOW)] = None,
     out: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
     overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
+    open_page: Annotated[bool, Parameter(name="--open", negative="", group=WRITTEN)] = False,
 ) -> int:
     """Write the explorer, one HTML file in which a click on a section launches an orbit: no server, network or Python.
 
@@ -51,6 +54,8 @@ def explore(
         Path of the page. [fastaff-explorer.html]
     overwrite
         Replace an existing file instead of numbering the new one.
+    open_page
+        Open the page in the browser.
     """
     import fastaff
 
@@ -78,4 +83,6 @@ def explore(
         out=out,
     )
     print(path)
+    if open_page and not webbrowser.open(path.resolve().as_uri()):
+        print("no browser was found; open the page in one", file=sys.stderr)
     return 0

@@ -9,6 +9,7 @@ import { schemeTitle } from "./controls.js";
 import { rangeEnergy, showConstant, showOthers, showParameters, showState, showWrong } from "./panel.js";
 import { makeSaving } from "./offers.js";
 import { OWN, firstState, hashOf, settle, systemOf } from "./state.js";
+import { homeOf, placedIn } from "./scaling.js";
 import { showRow } from "./table.js";
 import { shownFormula, shownNumber, writeLabel } from "./text.js";
 import { takeRegion } from "./view_configuration.js";
@@ -51,6 +52,7 @@ export function makeActions(app) {
 
   function launch(start, crossings, mark) {
     const orbit = newOrbit(orbits.next++, mark ?? orbits.nextMark++, start.point ?? null);
+    orbit.home = start.home ?? null;
     showOrbit(orbits, orbit);
     app.launchedAt.set(orbit.number, performance.now());
     const where = start.z0 ? { z0: start.z0 } : { point: start.point };
@@ -69,6 +71,7 @@ export function makeActions(app) {
     if (!section.surface) return;
     notice("");
     part("hello").hidden = true;
+    app.own = true;
     app.changedAt = -Infinity; // what comes next is a change of its own
     const orbit = launch({ point: shortPoint(u, v) }, app.state.crossings);
     forget(remember(orbits, { launched: [orbit.number] }));
@@ -79,6 +82,7 @@ export function makeActions(app) {
   function fill() {
     if (!section.surface) return;
     part("hello").hidden = true;
+    app.own = true;
     const cells = Number(part("grid").value);
     const entry = { first: orbits.next, end: orbits.next + cells * cells, numbers: [] };
     orbits.next = entry.end;
@@ -122,6 +126,7 @@ export function makeActions(app) {
     const removed = takeAll([...orbits.shown.keys()]);
     if (removed.length) forget(remember(orbits, { removed }));
     orbits.nextMark = 1;
+    app.own = true;
     notice(removed.length ? "Orbits removed. U restores them." : "");
   }
 
@@ -208,12 +213,15 @@ export function makeActions(app) {
 
   // Show a whole state: another system, or that of an address.
   function useState(state, before = null) {
+    app.typedBefore = null;
     Object.assign(app, { state, before, changedAt: -Infinity });
     const system = systemOf(setup, state);
     app.alive = state.points === null;
     app.pending = (state.points ?? []).map((point) => ({ point }));
     showState(app.panel, state, system);
-    for (const what of ["formula", "energy", "section"]) showWrong(app.panel, what, null);
+    for (const what of ["formula", "periodic", "energy", "section"]) showWrong(app.panel, what, null);
+    app.root.removeAttribute("data-unread");
+    part("unread").hidden = true;
     part("title").textContent = system.title;
     if (app.options.standalone) document.title = system.title + " – fastaff explorer";
     writeLabel(part("formula-shown"), system.name === "own" ? shownFormula(system.formula) : system.formula ?? "");
@@ -253,13 +261,19 @@ export function makeActions(app) {
     const { state } = app;
     showWrong(app.panel, "formula", null);
     const letters = OWN[state.system] === "body" ? [...names.filter((name) => name !== "mu"), "mu"] : names;
-    const parameters = Object.fromEntries(letters.map((name) => [name, state.parameters[name] ?? 1]));
+    const isOther = app.typedBefore !== null && isOtherSystem(Object.keys(state.parameters), letters);
+    const parameters = Object.fromEntries(letters.map((name) => [name, isOther ? 1 : state.parameters[name] ?? 1]));
     const same = Object.keys(state.parameters).join() === letters.join();
     state.parameters = parameters;
     const system = systemOf(setup, state);
     if (!same) showParameters(app.panel, state, system);
-    if (!settle(setup, state, system) || app.root.dataset.kind !== system.kind) {
-      app.pending = [];
+    const isFlow = system.kind === "ode", isFirst = app.typedBefore === null;
+    const settled = settle(setup, state, system) && app.root.dataset.kind === system.kind;
+    if (!isFirst && isFlow && (isOther || !settled)) state.tried = true;
+    if (!isFirst && (isOther || !settled)) Object.assign(app, { pending: [], alive: true, keepView: false });
+    app.typedBefore = state.formula;
+    if (!settled) {
+      app.pending ??= [];
       app.keepView = false;
       showKind(system);
       showState(app.panel, state, system);
@@ -268,6 +282,9 @@ export function makeActions(app) {
     app.send({ type: "system", system: { ...written(system), parameters: { ...parameters } }, scheme: state.scheme, accuracy: state.accuracy });
     showFoot();
   }
+
+  // Whether a typed text is another system than the one before: most of the letters of that are gone.
+  const isOtherSystem = (before, letters) => 2 * before.filter((name) => letters.includes(name)).length < before.length;
 
   // All orbits go, for another surface.
   function dropOrbits() {
@@ -318,31 +335,50 @@ export function makeActions(app) {
   function askSurface() {
     const { state } = app;
     if (!app.ready) return;
-    const system = systemOf(setup, state);
-    if (system.kind === "map") app.send({ type: "surface", energy: null, section: state.section, others: { ...state.others }, phase: state.phase ?? 0, width: REGION_CELLS, height: REGION_CELLS });
-    else app.send({ type: "surface", energy: state.energy, others: { ...state.others }, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
+    const system = systemOf(setup, state), asked = ++app.asked;
+    if (system.kind === "map") app.send({ type: "surface", asked, energy: null, section: state.section, others: { ...state.others }, phase: state.phase ?? 0, width: REGION_CELLS, height: REGION_CELLS });
+    else app.send({ type: "surface", asked, tried: Boolean(state.tried), energy: state.energy, others: { ...state.others }, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
     remembered();
     showBackgroundState();
   }
 
-  // Another surface of the same system: orbits start anew from the same points of the section, or of phase space.
+  // Another surface of the same system: orbits start anew from the same points of phase space, or from the same places of the
+  // region, which is another one at each energy.
   function surfaceChanged(byState, first) {
     aboutToChange();
+    if (app.state.tried && !app.own) Object.assign(app, { pending: [], alive: true }); // the first orbits go with their section
     if (!app.pending) {
-      app.pending = [...orbits.shown.values()].filter((orbit) => orbit.point).map((orbit) => (byState && orbit.z0 ? { z0: orbit.z0, mark: orbit.mark } : { point: orbit.point, mark: orbit.mark }));
+      app.pending = [...orbits.shown.values()].filter((orbit) => orbit.point).map((orbit) => (byState && orbit.z0 ? { z0: orbit.z0, mark: orbit.mark } : { ...startOf(orbit), mark: orbit.mark }));
     }
     if (first) { // the backend forgets its orbits
       dropOrbits();
       app.surfaceLost = true;
     }
+    app.scaled = "";
+    app.asked++; // an answer that is on its way is of the state before
     notice("");
     clearTimeout(timer);
     timer = setTimeout(first ?? askSurface, LIVE);
   }
 
+  // The point of an orbit with its place in the region, which is kept however often the energy changes.
+  const startOf = ({ point, home }) => ({ point, home: home ?? (section.surface ? homeOf(section.surface, point) : null) });
+
+  // A start of another surface on this one: an energy scales all of them, anything else those that would lie outside.
+  function placed(start, byEnergy) {
+    const { surface } = section;
+    if (!start.home || surface.energy === null || (!byEnergy && isAllowed(surface, ...start.point))) return start;
+    return { ...start, point: shortPoint(...placedIn(surface, start.home)) };
+  }
+
   function launchPending() {
     dropOrbits();
-    const starts = app.pending?.length ? app.pending : app.alive ? firstStarts() : [];
+    const { accepted } = app, byEnergy = accepted && ["system", "energy", "section"].map((name) => accepted[name] === app.state[name]).join() === "true,false,true";
+    if (app.alive) app.own = false;
+    const asked = app.pending?.length ? app.pending : app.alive ? firstStarts() : [], starts = asked.map((start) => placed(start, byEnergy));
+    const moved = starts.filter((start, k) => start !== asked[k] && start.point.some((x, i) => x !== asked[k].point[i])).length;
+    app.scaled = moved ? (moved === 1 ? "1 initial condition" : moved + " initial conditions") + " scaled to the accessible region" + (byEnergy ? " at E = " + shownNumber(app.state.energy, 5) : "") + "." : "";
+    if (moved) notice(app.scaled);
     Object.assign(app, { pending: null, alive: false, refused: false, accepted: structuredClone({ ...app.state, points: [] }) });
     for (const start of starts) launch(start, app.state.crossings, start.mark);
     if (starts.length) orbits.nextMark = Math.max(...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
@@ -389,6 +425,7 @@ export function makeActions(app) {
     },
     set(name, value) {
       app.state[name] = value;
+      if (name === "constant") app.state.tried = false;
       surfaceChanged(name === "direction" || name === "constant");
     },
     quiet(name, value) {
@@ -397,7 +434,7 @@ export function makeActions(app) {
     },
     section(name) {
       const found = systemOf(setup, app.state).sections.find((entry) => entry.name === name);
-      Object.assign(app.state, { section: name, constant: found.constant });
+      Object.assign(app.state, { section: name, constant: found.constant, tried: false });
       showConstant(app.panel, app.state);
       const isMap = app.root.dataset.kind === "map";
       showOthers(app.panel, app.state, systemOf(setup, app.state));
@@ -484,7 +521,9 @@ export function makeActions(app) {
     const differs = backgroundDiffers(app.background, app.state);
     button.setAttribute("aria-pressed", String(section.wantsBackground && !differs));
     button.disabled = Boolean(differs);
-    if (differs && section.wantsBackground && !part("notice").classList.contains("is-wrong")) notice("The background map belongs to " + differs + "; it is not shown.");
+    if (!differs || !section.wantsBackground || part("notice").classList.contains("is-wrong")) return;
+    const said = "The background map belongs to " + differs + "; it is not shown.", scaled = app.scaled && !app.scaled.includes(said) ? app.scaled + " " : "";
+    notice(scaled + said);
   }
 
   function showFoot() {

@@ -28,7 +28,7 @@ export function startExplorer(root, setup, backend, options = {}) {
   const app = {
     root, setup, part, options, backend, state: hash.state, orbits: makeOrbits(), background: makeBackground(setup.background), section: makeSection({ back: part("back"), points: part("points"), front: part("front") }),
     configuration: makeConfiguration(part("configuration")), body: makeBodyView(part("body")), frequency: makeFrequency(part("frequency")), series: makeSeries(part("series")),
-    theme: "light", themeChoice: "system", colours: null, pending: null, surfaceFor: null, launchedAt: new Map(), firstPoints: [], speed: null, step: null, dirty: new Set(), pointer: null, boxMode: false,
+    theme: "light", themeChoice: "system", colours: null, pending: null, asked: 0, surfaceFor: null, launchedAt: new Map(), firstPoints: [], speed: null, step: null, dirty: new Set(), pointer: null, boxMode: false,
   };
   app.send = (message, transfer) => backend.send(message, transfer);
   app.motion = makeMotion(app.send);

@@ -42,14 +42,15 @@ export function workerBackend(setup) {
 
   /** Say whether a text is a formula, and which parameters it has. */
   function parse(message) {
-    let names = [], sentence = null;
+    let names = [], sentence = null, what = null;
     try {
       names = readFormula(message).names;
       formulaCode(message);
     } catch (problem) {
       sentence = problem.message;
+      what = problem.what ?? "formula";
     }
-    later(() => answer({ ...message, type: "parsed", names, message: sentence }));
+    later(() => answer({ ...message, type: "parsed", names, what, message: sentence }));
   }
 
   return backend;

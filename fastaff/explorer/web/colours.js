@@ -29,13 +29,13 @@ export const MAP_TABLE = (() => {
   return table;
 })();
 
-// Shades of a value of orbits, from 0 to SHADES, that can be told from the ground; grey is the sea, or what is not known.
+// Shades of a value of orbits, from 0 to SHADES, that can be told from the ground; beside them a colour of each classification.
 export const SHADES = 48;
 
-const GREYS = { light: { sea: "#a3a9b2", open: "#5b626c" }, dark: { sea: "#6f7883", open: "#b9c0c9" } };
+const CLASSIFIED = { light: { chaotic: "#a3a9b2", undecided: "#5b626c", regular: "#0072b2" }, dark: { chaotic: "#6f7883", undecided: "#b9c0c9", regular: "#56b4e9" } };
 
 export function shadeColour(paint, theme) {
-  if (typeof paint === "string") return GREYS[theme][paint];
+  if (typeof paint === "string") return CLASSIFIED[theme][paint];
   const place = (theme === "dark" ? 75 : 0) + Math.round((paint / SHADES) * (theme === "dark" ? 180 : 190));
   return "#" + [...MAP_TABLE.subarray(3 * place, 3 * place + 3)].map((part) => part.toString(16).padStart(2, "0")).join("");
 }

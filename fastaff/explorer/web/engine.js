@@ -1,14 +1,16 @@
 // Orbits: the package's splitting schemes, steps chosen by trial, crossings, one tangent vector, what is read of them.
 
 import { SectionWatch } from "./crossings.js";
+import { curveRotation } from "./curve.js";
 import { motionOfEquations } from "./equations.js";
-import { fundamentalFrequencies, rotationNumber } from "./readings.js";
+import { fundamentalFrequencies } from "./readings.js";
 
 const TRIAL_SPAN = 16, TRIAL_MOMENTS = 4, MEASURABLE = 3e-12, FIRST_PHASE = 0.25, COARSEST = 1.2, FINEST = 1.5e-3;
 const SHARE = 0.25, SAFETY = 0.5, HALVINGS = 3, HORIZON = 64, CHECKED = 16, SAME = 0.1;
 const LOOK_STEPS = 64, LOOK_PHASE = 0.2, LOOK_RANGE = [0.08, 0.5], LEAP = 32;
 const FARTHEST = 1e6, PATIENCE = 2000, LONGEST = 1e8, LN10 = Math.log(10), CALM_PERIODS = 200, MEGNO_LIMIT = 5;
 export const SAMPLED = 4096, KEPT_FOR_ROTATION = 1 << 15;
+const WAY_STEPS = 256; // at least, to where an orbit that can leave counts as escaped
 const SAMPLE_PHASE = 0.35, ROUNDING_OF_ENERGY = 8*2.220446049250313e-16;
 
 /** The steps of a scheme for a system with parameters P: advance moves a state in place. */
@@ -248,6 +250,15 @@ function judged(beyond, calm, long) {
   return beyond && !calm ? "chaotic" : calm && !beyond && long ? "regular" : "undecided";
 }
 
+function lengthOf(z, n) { return Math.hypot(...z.subarray(0, n)); }
+
+/** The time in which a start runs through a share of the way to where it counts as escaped. */
+function shareOfWay(flow, z0, far) {
+  const f = new Float64Array(z0.length);
+  flow.derivative(z0, f);
+  return far/(WAY_STEPS*lengthOf(f, flow.n)) || Infinity;
+}
+
 /** Numbers that grow in number. */
 export class Numbers {
   constructor() { this.array = new Float64Array(1024); this.length = 0; }
@@ -268,7 +279,9 @@ export class Numbers {
 export class Orbit {
   constructor(id, point, z0, surface, { system, P, scheme, accuracy, frame, crossings }) {
     Object.assign(this, { id, point, z0, surface, system, P, wanted: crossings });
-    const chosen = stepFor(system, P, scheme, surface, z0, accuracy);
+    const chosen = stepFor(system, P, scheme, surface, z0, accuracy), far = surface.far ?? Infinity;
+    chosen.motion.radius = Math.min(chosen.motion.radius, Math.max(far, 2*lengthOf(z0, system.n)));
+    chosen.step = Math.min(chosen.step, shareOfWay(new Flow(system, P, scheme, 1), z0, far));
     this.motion = chosen.motion; this.error = chosen.error;
     this.flow = new Flow(system, P, scheme, chosen.step);
     this.z = Float64Array.from(z0);
@@ -339,7 +352,7 @@ export class Orbit {
     if (!this.count || this.status === "escaped" || this.status === "out of domain") own.classification = "undecided"; // tangent vectors grow on the way out
     const kept = Math.min(this.count, KEPT_FOR_ROTATION);
     if (!(kept < 1.2*(this.read ?? 0)) || this.status !== "running") {
-      if (kept !== this.read) this.rotation = rotationNumber(this.points.view(0, 2*kept));
+      if (kept !== this.read) this.rotation = own.classification === "chaotic" ? null : curveRotation(this.points.view(0, 2*kept));
       this.frequencies = this.lines();
       this.read = kept;
     }

@@ -3,9 +3,9 @@
 import { Expressions } from "./derivatives.js";
 import { GRAMMAR_CONSTANTS, RESERVED_NAMES, checkedName, parametersOf, parseFormula } from "./grammar.js";
 import { checkTried, noMap, periodsOf } from "./map_formula.js";
-import { least, wallsOf } from "./walls.js";
+import { graphValue, least, wallsOf } from "./walls.js";
 
-const TIME = "t", MOST_EQUATIONS = 16, TRIED_PLACES = 200;
+const TIME = "t", MOST_EQUATIONS = 16, TRIED_PLACES = 200, TURN_PLACES = 24, SAME_AROUND = 1e-9;
 
 const split = (text) => (text ?? "").split(/[\s,]+/).filter(Boolean);
 
@@ -58,18 +58,33 @@ export function equationsCode(given) {
   const plain = (part) => (read.whole || flow ? part : graph.sum(part, graph.product(graph.number(0.5), graph.power(outside.get(rows[1]), graph.number(2)))));
   const H = flow ? null : plain(own[0]), slope = (name) => graph.slope(H, `.${name}`), half = rows.length/2;
   const moving = flow ? own : rows.map((_, r) => (r < half ? slope(rows[r + half]) : graph.negative(slope(rows[r - half]))));
+  const spans = read.periods.map((program) => (program ? graph.of(program, outside, GRAMMAR_CONSTANTS) : zero));
+  if (drive && !read.periods[0] && turnsAround(moving, rows, values)) spans[0] = graph.number(2*Math.PI);
   const rates = drive ? [moving[0], graph.number(1), moving[1], zero] : moving;
   const along = (part) => rows.map((name) => graph.product(graph.slope(part, `.${name}`), graph.name(` d${order.indexOf(name)}`))).reduce((a, b) => graph.sum(a, b));
   const texts = new Map([...names.map((name) => [name, `$${name}`]), ...order.flatMap((name, r) => [[`.${name}`, `q${r}`], [` d${r}`, `d${r}`]])]);
-  const print = (roots) => graph.printed(roots, texts, "k$"), spans = read.periods.map((program) => (program ? graph.of(program, outside, GRAMMAR_CONSTANTS) : zero));
+  const print = (roots) => graph.printed(roots, texts, "k$");
   const methods = {
     rates: print(rates), tangent: print(rates.map(along)), margin: least(print(wallsOn(graph, flow ? own : [H], order, values))),
     periods: print([...spans, ...Array.from({ length: order.length - spans.length }, () => zero)]),
     ...(drive ? { period: print([graph.of(drive, outside, GRAMMAR_CONSTANTS)]) } : {}), ...(flow || drive ? {} : { energy: print([H]) }),
   };
-  const winds = order.map((_, r) => Boolean(read.periods[r])), angles = flow && !drive ? [] : read.coordinates.slice(0, drive ? 1 : 2);
+  const winds = order.map((_, r) => r < spans.length && spans[r] !== zero), angles = flow && !drive ? [] : read.coordinates.slice(0, drive ? 1 : 2);
   const placed = drive ? { coordinates: [rows[0]], momenta: [rows[1]] } : { coordinates: read.coordinates, momenta: read.momenta };
   return { kind: "equations", n: flow && !drive ? rows.length : 2, rows: order.length, canonical: !flow && !drive, driven: Boolean(drive), parameters: names, angles, winds, ...placed, methods };
+}
+
+/** Whether the rates are the same 2 pi farther on in the first row, and not everywhere. */
+function turnsAround(rates, rows, values) {
+  let seed = 12345, changes = false;
+  const random = () => { seed = seed*48271 % 2147483647; return 6*seed/2147483647 - 3; };
+  for (let k = 0; k < TURN_PLACES; k++) {
+    const point = new Map([...rows, TIME].map((name) => [`.${name}`, random()])), first = `.${rows[0]}`, x = point.get(first);
+    const at = (place) => rates.map((part) => graphValue(part, new Map(point).set(first, place), values)), [here, beside, around] = [x, x + 1, x + 2*Math.PI].map(at);
+    if (here.some((value, r) => !(Math.abs(value - around[r]) <= SAME_AROUND*(1 + Math.abs(value))))) return false;
+    changes ||= here.some((value, r) => Math.abs(value - beside[r]) > SAME_AROUND*(1 + Math.abs(value)));
+  }
+  return changes;
 }
 
 /** What must be positive in the parts, at random points. */

@@ -2,6 +2,7 @@
 
 import { Expressions } from "./derivatives.js";
 import { GRAMMAR_CONSTANTS, RESERVED_NAMES, checkedName, parametersOf, parseFormula } from "./grammar.js";
+import { periodicPieces } from "./text.js";
 import { graphValue } from "./walls.js";
 
 const IMAGE = "_image", EXAMPLE = "'p1 = p + K*sin(x); x1 = x + p1'", MOST_ROWS = 16, MAP_TRIALS = 400;
@@ -45,12 +46,20 @@ export function readMap({ formula, periodic = "" }) {
 
 /** The period of each row of a text such as x=2*pi, null where it has none; its letters join the parameters. */
 export function periodsOf(text, rows, names) {
+  try {
+    return readPeriods(text, rows, names);
+  } catch (problem) {
+    throw Object.assign(problem, { what: "periodic" });
+  }
+}
+
+function readPeriods(text, rows, names) {
   const found = new Map();
-  for (const piece of text.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean)) {
+  for (const piece of periodicPieces(text)) {
     const at = piece.indexOf("="), name = piece.slice(0, at).trim(), value = piece.slice(at + 1).trim();
-    if (at < 0 || !rows.includes(name) || !value) throw noMap(`formula: periodic must be NAME=PERIOD of ${rows.join(", ")}, such as ${rows[0]}=2*pi; got '${piece}'`);
+    if (at < 0 || !rows.includes(name) || !value) throw noMap(`periodic must be NAME=PERIOD of ${rows.join(", ")}, such as ${rows[0]}=2*pi; got '${piece}'`);
     for (const one of parametersOf(value, [])) {
-      if (rows.includes(one)) throw noMap(`formula: the period of ${name} must be one of letters and numbers, got ${one}`);
+      if (rows.includes(one)) throw noMap(`the period of ${name} must be one of letters and numbers, got ${one}`);
       if (!names.includes(one)) names.push(one);
     }
     found.set(name, value);

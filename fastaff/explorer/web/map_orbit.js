@@ -2,7 +2,8 @@
 
 import { KEPT_FOR_ROTATION, Numbers, SAMPLED, Tangent } from "./engine.js";
 import { reduced } from "./angles.js";
-import { fundamentalFrequencies, rotationNumber, windingNumber } from "./readings.js";
+import { curveRotation } from "./curve.js";
+import { fundamentalFrequencies, windingNumber } from "./readings.js";
 import { wrong } from "./sections.js";
 
 const RENEWED = 8, ITERATES = 2048, LOCKED = 12;
@@ -87,11 +88,11 @@ export class MapOrbit {
       const value = this.frequencies?.values[index] ?? null;
       return value === null ? null : { value, error: this.frequencies.errors[index] };
     }
-    const whole = k < 0 ? rotationNumber(this.points.view(0, 2*kept)) : windingNumber(this.turns[k].view(0, kept));
+    const whole = k < 0 ? curveRotation(this.points.view(0, 2*kept)) : windingNumber(this.turns[k].view(0, kept));
     const q = whole ? lockedPeriod(whole, kept) : 0;
     if (!q) return whole;
     const visits = this.visits(q, kept, Math.round(q*whole.value), this.turns[k]);
-    return { ...whole, q, secondary: alone ? rotationNumber(visits) : tuneOf(visits) };
+    return { ...whole, q, secondary: alone ? curveRotation(visits) : tuneOf(visits) };
   }
 
   /** The iterates q, 2q, ... of the plane, an angle without the turns that the island makes. */

@@ -3,7 +3,7 @@
 import { askFrame } from "./drawing.js";
 import { takeMotion } from "./motion.js";
 import { addPoints, hasLeft, knownOrbit, newOrbit, showOrbit } from "./orbits.js";
-import { WRITTEN, rangeEnergy, showWrong } from "./panel.js";
+import { WRITTEN, rangeEnergy, showConstant, showOthers, showWrong } from "./panel.js";
 import { queueDensity } from "./view_density.js";
 import { takeRegion } from "./view_configuration.js";
 import { frequencyAxes } from "./view_frequency.js";
@@ -36,7 +36,8 @@ export function receive(app, message) {
 
 function takeReadyMessage(app) {
   app.ready = true;
-  showWrong(app.panel, "formula", null);
+  showUnread(app, false);
+  for (const what of ["formula", "periodic"]) showWrong(app.panel, what, null);
   app.actions.askSurface();
 }
 
@@ -44,16 +45,29 @@ function takeParsedMessage(app, message) {
   if (app.panel.typing || WRITTEN.some((name) => message[name] !== app.state[name])) return; // the answer to an older text
   if (message.message) {
     app.actions.closeSurface();
-    showWrong(app.panel, "formula", sentence(message.message));
+    showUnread(app, true);
+    for (const what of ["formula", "periodic"]) showWrong(app.panel, what, what === (message.what ?? "formula") ? sentence(message.message) : null);
   } else app.actions.takeParsed(message.names);
+}
+
+// Whether what is typed is no formula: the plot is greyed out.
+function showUnread(app, is) {
+  app.root.toggleAttribute("data-unread", is);
+  app.part("unread").hidden = !is;
 }
 
 function takeSurfaceMessage(app, message) {
   const { state, section } = app;
+  if (message.asked !== undefined && message.asked !== app.asked) return; // of an older question
   app.surfaceLost = message.energy !== state.energy; // of an older question, whose orbits went with it
   if (app.surfaceLost) return;
   showWrong(app.panel, "energy", null);
   showWrong(app.panel, "section", null);
+  if (state.tried && message.trial) { // the section that a trial orbit meets
+    Object.assign(state, { section: message.section, constant: message.constant, others: { ...state.others, ...message.trial } });
+    showConstant(app.panel, state);
+    showOthers(app.panel, state, systemOf(app.setup, state));
+  }
   const key = [state.system, message.axes].join(), isMap = systemOf(app.setup, state).kind === "map";
   message.labels = message.labels.map(greek);
   takeSurface(section, message, app.keepView && key === app.surfaceFor && section.past.length > 0);
@@ -160,8 +174,9 @@ function takeWrongMessage(app, message) {
   askFrame(app, "section");
 }
 
+// A message with its full stop; a name at the beginning stays as it is.
 function sentence(text) {
-  const said = String(text ?? "");
-  return said.charAt(0).toUpperCase() + said.slice(1) + (/[.!?]$/.test(said) ? "" : ".");
+  const said = String(text ?? ""), first = /^\S+ = /.test(said) ? said.charAt(0) : said.charAt(0).toUpperCase();
+  return first + said.slice(1) + (/[.!?]$/.test(said) ? "" : ".");
 }
 

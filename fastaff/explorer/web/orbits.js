@@ -13,7 +13,7 @@ export function makeOrbits() {
 // surface keeps its mark.
 export function newOrbit(number, mark, point) {
   return {
-    number, mark, point, z0: null, step: null, points: new Float64Array(256), count: 0, hidden: false, paint: "open",
+    number, mark, point, home: null, z0: null, step: null, points: new Float64Array(256), count: 0, hidden: false, paint: "undecided",
     reading: { crossings: 0, time: 0, rotation: null, lyapunov: null, megno: null, classification: "undecided", energy_error: null, frequencies: null, status: "running" },
   };
 }
@@ -75,10 +75,10 @@ export function colourBytes(orbit, theme) {
   return rgbOf(colourOf(orbit, theme));
 }
 
-// Whether an orbit has a rotation number: that of a chaotic one is known to no digit.
+// Whether an orbit has a rotation number: a chaotic one has none.
 export function hasRotation(orbit) {
-  const { rotation } = orbit.reading;
-  return Boolean(rotation) && Number.isFinite(rotation.value) && !(rotation.error > 0.05);
+  const { rotation, classification } = orbit.reading;
+  return classification !== "chaotic" && Boolean(rotation) && Number.isFinite(rotation.value) && !(rotation.error > 0.05);
 }
 
 // Whether an orbit has left, or has not come back to the section and will not; opens: whether its energy lets it go.

@@ -2,44 +2,73 @@
 
 import { SHADES, shadeColour } from "./colours.js";
 import { hasRotation } from "./orbits.js";
-import { shownNumber } from "./text.js";
+import { shownEnds } from "./text.js";
 
 export const PAINTS = [["classification", "classification"], ["orbit", "orbit"], ["rotation", "rotation number"], ["megno", "MEGNO"]];
 
 const MEGNO_SPAN = [Math.log2(1.5), 4]; // 2 is regular; 16 and more has one colour
 
-const isSea = (orbit) => orbit.reading.classification === "chaotic";
+const VALUES = { // what the colour scale says of an orbit, NaN where it says nothing
+  classification: (orbit) => (orbit.reading.classification === "regular" ? turnsOf(orbit) : NaN),
+  orbit: () => NaN,
+  rotation: turnsOf,
+  megno: ({ reading: { megno } }) => (megno > 0 ? Math.log2(megno) : NaN),
+};
 
-function painted(orbit, what) {
-  if (what === "megno") return Number.isFinite(orbit.reading.megno) && orbit.reading.megno > 0 ? Math.log2(orbit.reading.megno) : NaN;
-  return what !== "orbit" && hasRotation(orbit) && !(what === "classification" && isSea(orbit)) ? orbit.reading.rotation.value : NaN;
+function turnsOf(orbit) {
+  return hasRotation(orbit) ? orbit.reading.rotation.value : NaN;
+}
+
+// The colour of an orbit beside the scale: that of its classification, or of what is not known.
+function plainPaint(orbit, what) {
+  if (what === "orbit") return null;
+  return what === "classification" ? orbit.reading.classification : "undecided";
 }
 
 // Give all orbits their colours anew; true where one has changed.
 export function repaint(orbits) {
   const what = orbits.paintedBy, shown = [...orbits.shown.values()];
-  const values = shown.map((orbit) => painted(orbit, what)), known = values.filter((value) => !Number.isNaN(value));
+  const values = shown.map(VALUES[what]), known = values.filter((value) => !Number.isNaN(value));
   const [low, high] = what === "megno" ? MEGNO_SPAN : [Math.min(...known), Math.max(...known)];
-  orbits.span = known.length && what !== "orbit" ? [low, high] : null;
+  orbits.span = known.length ? [low, high] : null;
   let changed = false;
   shown.forEach((orbit, k) => {
     const share = high > low ? Math.min(1, Math.max(0, (values[k] - low) / (high - low))) : 0.5;
-    const paint = what === "orbit" ? null : !Number.isNaN(values[k]) ? Math.round(SHADES * share) : what === "classification" && isSea(orbit) ? "sea" : "open";
+    const paint = Number.isNaN(values[k]) ? plainPaint(orbit, what) : Math.round(SHADES * share);
     changed ||= paint !== orbit.paint;
     orbit.paint = paint;
   });
   return changed;
 }
 
-// Say beside the list what the colours are.
+// Say beside the list what the colours are: the scale of a quantity, and a swatch of each colour beside it.
 export function showScale(element, orbits, theme) {
-  const { span, paintedBy } = orbits;
-  element.hidden = !span;
-  if (!span) return;
-  const [low, high] = paintedBy === "megno" ? ["≤ 1.5", "≥ 16"] : span.map((end) => shownNumber(end, 3));
-  const [from, bar, to] = element.children;
-  from.textContent = (paintedBy === "megno" ? "" : "ν ") + low;
-  to.textContent = high === low ? "" : high + (paintedBy === "classification" ? ", chaotic grey" : "");
+  const { span, paintedBy } = orbits, [scale, from, bar, to, swatches] = ["[data-part=scale-name]", "[data-part=scale-from]", ".ramp", "[data-part=scale-to]", "[data-part=swatches]"].map((part) => element.querySelector(part));
+  element.hidden = paintedBy === "orbit" || !orbits.shown.size;
+  for (const piece of [scale, bar]) piece.hidden = !span && paintedBy !== "classification";
+  for (const piece of [from, to]) piece.hidden = !span;
+  swatches.replaceChildren(...besideScale(orbits).map(([paint, text]) => swatchOf(shadeColour(paint, theme), text)));
+  scale.textContent = { classification: "regular, ν", rotation: "ν", megno: "MEGNO" }[paintedBy];
   const stops = Array.from({ length: 9 }, (_, k) => shadeColour(Math.round((SHADES * k) / 8), theme));
   bar.style.background = "linear-gradient(to right, " + stops.join(", ") + ")";
+  if (!span) return;
+  const [low, high] = paintedBy === "megno" ? ["≤ 1.5", "≥ 16"] : shownEnds(...span);
+  from.textContent = low;
+  to.textContent = high === low ? "" : high;
+}
+
+// The colours beside the scale, [paint, text] of each; a regular orbit without a rotation number only where there is one.
+function besideScale({ paintedBy, shown }) {
+  if (paintedBy !== "classification") return [["undecided", "not known"]];
+  const plain = [...shown.values()].some((orbit) => orbit.paint === "regular") ? [["regular", "regular, no ν"]] : [];
+  return [...plain, ["undecided", "undecided"], ["chaotic", "chaotic"]];
+}
+
+function swatchOf(colour, text) {
+  const found = document.createElement("span"), patch = document.createElement("span");
+  found.className = "state";
+  patch.className = "patch";
+  patch.style.background = colour;
+  found.append(patch, text);
+  return found;
 }

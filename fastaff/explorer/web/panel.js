@@ -121,10 +121,10 @@ export function rangeEnergy(panel, state, surface) {
 
 // Sentences beside the controls that they are about; null takes one away. Returns false where there is no such place.
 export function showWrong(panel, what, sentence) {
-  const places = { formula: "wrong-formula", energy: "wrong-energy", section: "wrong-section" };
+  const places = { formula: "wrong-formula", periodic: "wrong-periodic", energy: "wrong-energy", section: "wrong-section" };
   if (!Object.hasOwn(places, what)) return false;
   saysWrong(panel.part(places[what]), sentence);
-  const marked = { formula: panel.part("formula"), energy: panel.sliders.energy?.box, section: panel.constant?.box }[what];
+  const marked = { formula: panel.part("formula"), periodic: panel.part("periodic"), energy: panel.sliders.energy?.box, section: panel.constant?.box }[what];
   if (sentence) marked?.setAttribute("aria-invalid", "true");
   else marked?.removeAttribute("aria-invalid");
   if (sentence) marked?.setAttribute("aria-describedby", places[what]);

@@ -7,7 +7,7 @@ const LEAST_SAMPLES = 64, FRAMES = 2, LINES = 6, EXACT_EVERY = 64;
 function bump(x) { return Math.abs(x) < 1 ? Math.exp(SHARPNESS*(Math.sqrt(1 - x*x) - 1)) : 0; }
 
 /** Weighted averages of values over the windows of SPANS. */
-function averages(values, count) {
+export function averages(values, count) {
   return SPANS.map(([begin, end]) => {
     const first = Math.round(begin*count), last = Math.round(end*count);
     let total = 0, weight = 0;
@@ -30,10 +30,14 @@ export function rotationNumber(points) {
   const v = Float64Array.from({ length: count }, (_, k) => points[2*k + 1]);
   const [cu] = averages(u, count), [cv] = averages(v, count);
   const theta = angles(u.map((x) => x - cu), v.map((y) => y - cv), count);
-  const turns = averages(displacements(theta).map((x) => x/(2*Math.PI)), count - 1);
-  const uneven = Math.max(...turns.slice(1).map((x) => Math.abs(x - turns[0])));
-  const value = turns[0] - Math.ceil(turns[0] - 0.5);
-  return { value, error: ROTATION_SAFETY*uneven + unresolved(turns[0], count - 1) + 1e-14 };
+  const { value, error } = meanTurn(displacements(theta).map((x) => x/(2*Math.PI)));
+  return { value: value - Math.ceil(value - 0.5), error };
+}
+
+/** The weighted mean of what points turn by in each iterate, with an error. */
+export function meanTurn(turns) {
+  const count = turns.length, means = averages(turns, count), [value] = means, uneven = Math.max(...means.slice(1).map((x) => Math.abs(x - value)));
+  return { value, error: ROTATION_SAFETY*uneven + unresolved(value, count) + 1e-14*Math.max(1, Math.abs(value)) };
 }
 
 /**
@@ -53,14 +57,11 @@ function angles(x, y, count) {
 
 /** The weighted mean of what an angle winds in each iterate, in turns, with an error; null of fewer than 32. */
 export function windingNumber(turns) {
-  const count = turns.length;
-  if (count < LEAST_POINTS) return null;
-  const means = averages(turns, count), [value] = means, uneven = Math.max(...means.slice(1).map((x) => Math.abs(x - value)));
-  return { value, error: ROTATION_SAFETY*uneven + unresolved(value, count) + 1e-14*Math.max(1, Math.abs(value)) };
+  return turns.length < LEAST_POINTS ? null : meanTurn(turns);
 }
 
 /** Displacements of angles from one point to the next, lifted by continuity along the curve from behind the widest gap. */
-function displacements(theta) {
+export function displacements(theta) {
   const count = theta.length - 1, start = theta.slice(0, count), ring = start.slice().sort();
   let widest = ring[0] + 2*Math.PI - ring[count - 1], edge = -Infinity;
   for (let k = 0; k + 1 < count; k++) {
@@ -140,18 +141,20 @@ function hann(count) {
   return WINDOWS.get(count);
 }
 
-/** The frequency of the strongest line, in cycles per sample, fitted with the strongest others; null where nothing moves. */
-function dominant({ re, im }) {
+/** The frequency of the strongest line, in cycles per sample; null where nothing moves. */
+function dominant({ re, im }) { return fittedLines(re, im)[0]?.nu ?? null; }
+
+/** The strongest lines {nu, re, im} of samples, each fitted with the others; [] where nothing moves. */
+export function fittedLines(re, im) {
   const count = re.length, restRe = re.slice(), restIm = im.slice(), lines = [];
   const size = Math.max(...[re, im].map((x) => x.reduce((most, y) => Math.max(most, Math.abs(y)), 0)));
-  if (!(size > 0)) return null;
+  if (!(size > 0)) return [];
   for (let k = 0; k < LINES; k++) {
     const line = strongest(restRe, restIm);
     if (!line || Math.hypot(line.re, line.im) < 1e-13*size) break;
     lines.push(line);
     subtract(restRe, restIm, line, 1);
   }
-  if (!lines.length) return null;
   for (let round = 0; round < 3; round++) {
     for (const line of lines) {
       subtract(restRe, restIm, line, -1);
@@ -159,7 +162,7 @@ function dominant({ re, im }) {
       subtract(restRe, restIm, line, 1);
     }
   }
-  return lines[0].nu;
+  return lines;
 }
 
 function subtract(re, im, line, sign) {
@@ -172,13 +175,14 @@ function subtract(re, im, line, sign) {
   }
 }
 
-/** The largest bin of the windowed transform, refined. */
+/** The largest bin of the windowed transform, of zeros up to a power of two, refined. */
 function strongest(re, im) {
-  const count = re.length, w = hann(count), x = re.map((v, s) => v*w[s]), y = im.map((v, s) => v*w[s]);
+  const count = re.length, size = 2**Math.ceil(Math.log2(count)), w = hann(count), x = new Float64Array(size), y = new Float64Array(size);
+  for (let s = 0; s < count; s++) { x[s] = re[s]*w[s]; y[s] = im[s]*w[s]; }
   transform(x, y);
   let best = 0;
-  for (let k = 1; k < count; k++) if (x[k]**2 + y[k]**2 > x[best]**2 + y[best]**2) best = k;
-  const line = { nu: (best <= count/2 ? best : best - count)/count, re: 0, im: 0 };
+  for (let k = 1; k < size; k++) if (x[k]**2 + y[k]**2 > x[best]**2 + y[best]**2) best = k;
+  const line = { nu: (best <= size/2 ? best : best - size)/size, re: 0, im: 0 };
   refine(re, im, line, 1/count);
   return line;
 }

@@ -10,7 +10,8 @@ export function regionOf(surface, reach, width, height) {
   const seed = seedOf(surface, reach);
   if (!seed) return null;
   const height0 = heightOver(surface), spans = surface.spans?.slice(0, 2) ?? [0, 0], winds = spans.some((span) => span > 0);
-  let extent = enclosing(height0, seed, surface.body);
+  const scale = Math.max(...seed.map(Math.abs), reach[1] - reach[0]);
+  let extent = enclosing(height0, seed, scale, surface.body);
   if (extent === null) {
     const half = 1.5*Math.max(...reach.map(Math.abs));
     extent = surface.body ? [0, seed[0] + half, 0, seed[1] + half] : [-half, half, -half, half];
@@ -46,9 +47,9 @@ function seedOf(surface, [u0, u1, v0, v1]) {
   return null;
 }
 
-/** A box around the seed that the region does not leave, null where it goes on and on. */
-function enclosing(heightAt, [q, r], body) {
-  let half = 0.05*Math.max(Math.abs(q), Math.abs(r), 1e-3);
+/** A box around the seed that the region does not leave, from a twentieth of a scale on; null where it goes on and on. */
+function enclosing(heightAt, [q, r], scale, body) {
+  let half = 0.05*scale || 0.05;
   for (let k = 0; k < DOUBLINGS; k++, half *= 2) {
     const extent = [q - half, q + half, r - half, r + half].map((end, i) => (body && i % 2 === 0 ? Math.max(0, end) : end));
     const found = filled(heightAt, [q, r], extent, CELLS, CELLS);

@@ -2,7 +2,7 @@
 
 import { isEquations, sidesOf } from "./equations_code.js";
 import { readMap } from "./map_formula.js";
-import { shownFormula } from "./text.js";
+import { periodicPieces, shownFormula } from "./text.js";
 
 const NUMBER = /^[+-]?(\d{1,17}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,3})?$/;
 const NAME = /^[A-Za-z][A-Za-z0-9_]{0,31}$/;
@@ -12,6 +12,7 @@ const PERIODIC = /^[\w\s+\-*/().,=;]{0,200}$/;
 const COORDINATES = /^[A-Za-z]\w{0,15}([ ,]+[A-Za-z]\w{0,15})?$/;
 const TYPED = ["coordinates", "momenta", "periodic", "drive_period"]; // what is typed beside a formula
 const MOST_POINTS = 400;
+const USUAL_CROSSINGS = 500; // of an orbit in time
 const MAP_ITERATES = 2000; // of an orbit of a map: regular is said after 200 natural periods, each of 2 pi iterates
 
 export const OWN = { "your-body": "body", "your-plane": "plane", "your-map": "map", "your-ode": "ode" };
@@ -54,7 +55,7 @@ export function systemOf(setup, state) {
   if (!kind) return setup.systems.find((system) => system.name === state.system);
   if (kind === "map") {
     const { coordinates, momenta } = rowsOf(state.formula), sections = coordinates.map((name, i) => ({ name: name + "," + momenta[i], constant: null }));
-    const periodic = state.periodic.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean);
+    const periodic = periodicPieces(state.periodic);
     const job = { map: state.formula, ...(periodic.length ? { periodic } : {}) };
     return { name: state.system, title: "Your map", formula: shownFormula(state.formula), kind, own: true, coordinates, momenta, parameters: [], sections, job };
   }
@@ -74,7 +75,7 @@ const namesIn = (text) => text.split(/[ ,]+/).filter(Boolean);
 function jobOf(kind, { formula, coordinates, momenta, periodic, drive_period }) {
   if (kind === "body") return { formula };
   if (kind === "ode") return drive_period ? null : { ode: formula };
-  const beside = { ...(namesIn(momenta).length ? { momenta: namesIn(momenta).join(" ") } : {}), ...(periodic ? { periodic: periodic.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean) } : {}) };
+  const beside = { ...(namesIn(momenta).length ? { momenta: namesIn(momenta).join(" ") } : {}), ...(periodic ? { periodic: periodicPieces(periodic) } : {}) };
   return { hamiltonian: formula, coordinates: namesIn(coordinates).join(" "), ...beside, ...(drive_period ? { drive_period } : {}) };
 }
 
@@ -96,7 +97,7 @@ export function schemesFor(setup, system) {
 // The state that a system begins with.
 export function firstState(setup, name) {
   const start = setup.start ?? {};
-  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", momenta: "", periodic: "", drive_period: "", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
+  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: USUAL_CROSSINGS, direction: 1, formula: "", coordinates: "x y", momenta: "", periodic: "", drive_period: "", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
   const kind = OWN[name];
   if (kind === "map") {
     const own = { energy: null, p_eta: 0, p_gamma: 0, section: "x,p", constant: null, others: {}, view: null, points: null };
@@ -158,7 +159,8 @@ export function settle(setup, state, system) {
   if (!known) Object.assign(state, { section: system.sections[0].name, constant: system.sections[0].constant });
   if (!same || !state.others) state.others = rows;
   if (!schemesFor(setup, system).some((scheme) => scheme.name === state.scheme)) state.scheme = usualScheme(setup, system);
-  if (system.driven) state.phase ??= 0;
+  if (system.driven && state.phase === null) Object.assign(state, { phase: 0, crossings: state.crossings === USUAL_CROSSINGS ? MAP_ITERATES : state.crossings });
+  else if (system.driven) state.phase ??= 0;
   else if (system.own) state.phase = null;
   const timeless = system.kind === "map" || system.kind === "ode";
   if (timeless) state.energy = null;

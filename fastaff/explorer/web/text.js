@@ -22,6 +22,17 @@ export function shownNumber(value, digits = 4) {
   return (factor + "·10" + raised).replace("-", MINUS);
 }
 
+// The pieces NAME=PERIOD of a text, separated by commas, semicolons, lines or blanks.
+export function periodicPieces(text) {
+  return text.split(/[,;\n]|\s+(?=[A-Za-z]\w*\s*=)/).map((piece) => piece.trim()).filter(Boolean);
+}
+
+// Two ends of a scale with three decimals, or with as many as tell them apart.
+export function shownEnds(low, high) {
+  const places = Math.min(12, Math.max(3, 2 - Math.floor(Math.log10(high - low || 1))));
+  return [low, high].map((value) => value.toFixed(places).replace(/^-(?=[0.]*$)/, "").replace("-", MINUS));
+}
+
 // A value with its error in units of the last digit, 0.61803(2); plain where the error is not known.
 export function shownWithError(value, error) {
   if (!(error > 0) || !Number.isFinite(value)) return shownNumber(value, 8);

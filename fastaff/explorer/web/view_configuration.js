@@ -62,6 +62,7 @@ function drawStill(view, { kind, motion, orbit, theme, colours }, extent) {
   ctx.fillStyle = view.region ? colours.inaccessible : colours.plot;
   ctx.fillRect(0, 0, frame.width, frame.height);
   if (view.region) drawExtent(ctx, frame, regionPicture(view, theme, colours), extent, true);
+  if (view.region) drawCuts(ctx, frame, cutsOf(view.region, kind), colours);
   if (orbit) {
     ctx.strokeStyle = colourOf(orbit, theme);
     ctx.lineWidth = 1;
@@ -69,6 +70,42 @@ function drawStill(view, { kind, motion, orbit, theme, colours }, extent) {
   }
   ctx.restore();
   drawAxes(ctx, frame, colours, 11);
+}
+
+// Pieces [u0, v0, u1, v1] of the edges of what is drawn at which the region goes on; not where an angle goes round or alpha is 0.
+export function cutsOf({ values, width, height, extent: [u0, u1, v0, v1], spans }, kind) {
+  const found = [], du = (u1 - u0) / width, dv = (v1 - v0) / height;
+  const along = (count, cell, piece) => {
+    for (let k = 0; k < count; k++) if (values[cell(k)] <= 0) found.push(piece(k));
+  };
+  const starts = (end) => kind === "body" && end <= 0;
+  if (!spans?.[0]) {
+    if (!starts(u0)) along(height, (k) => k * width, (k) => [u0, v0 + k * dv, u0, v0 + (k + 1) * dv]);
+    along(height, (k) => (k + 1) * width - 1, (k) => [u1, v0 + k * dv, u1, v0 + (k + 1) * dv]);
+  }
+  if (!spans?.[1]) {
+    if (!starts(v0)) along(width, (k) => k, (k) => [u0 + k * du, v0, u0 + (k + 1) * du, v0]);
+    along(width, (k) => (height - 1) * width + k, (k) => [u0 + k * du, v1, u0 + (k + 1) * du, v1]);
+  }
+  return found;
+}
+
+// Mark where the region is cut, though orbits can go on.
+function drawCuts(ctx, frame, cuts, colours) {
+  if (!cuts.length) return;
+  ctx.save();
+  ctx.strokeStyle = colours.accent;
+  ctx.lineWidth = 2;
+  ctx.setLineDash([4, 4]);
+  ctx.beginPath();
+  let end = "";
+  for (const [u0, v0, u1, v1] of cuts) {
+    if (end !== [u0, v0].join()) ctx.moveTo(...toPixel(frame, u0, v0));
+    ctx.lineTo(...toPixel(frame, u1, v1));
+    end = [u1, v1].join();
+  }
+  ctx.stroke();
+  ctx.restore();
 }
 
 function traceExtent(view, motion, kind) {

@@ -10,8 +10,9 @@ import { MapPlane } from "./map_plane.js";
 import { betweenColumns, outlineOf } from "./outline.js";
 import { regionOf } from "./region.js";
 import { Surface, wrong } from "./sections.js";
+import { trialSection } from "./trial_section.js";
 
-const SLICE = 8, BATCH = 64, TOGETHER = 16, EVERY = 16, READ_EVERY = 300, SPEED_EVERY = 500, SPEED_LEAST = 20;
+const SLICE = 8, BATCH = 64, TOGETHER = 16, EVERY = 16, READ_EVERY = 300, SPEED_EVERY = 500, SPEED_LEAST = 20, WIDTHS = 100;
 
 /** Answer messages of a page for one system; post(message, transfer) answers. */
 export class Explorer {
@@ -57,7 +58,10 @@ export class Explorer {
   on_surface(message) {
     const map = this.mapAt(message.phase ?? 0);
     if (map) return this.showPlane(new MapPlane(map, this.P, this, message), message);
-    if (this.system.kind === "equations" && !this.system.canonical) return this.showPlane(new FlowSection(this.system, this.P, this, message), message);
+    if (this.system.kind === "equations" && !this.system.canonical) {
+      const found = message.tried ? trialSection(this.system, this.P, this, message) : null;
+      return this.showPlane(new FlowSection(this.system, this.P, this, { ...message, ...found }), message, found?.others);
+    }
     const general = this.system.kind === "equations", surface = general ? new EnergySurface(this.system, this.P, this, message) : new Surface(this.system, this.P, this.coordinates, message);
     const { width, height } = { width: 200, height: 160, ...message, ...(general && surface.cells < message.width ? { width: surface.cells, height: surface.cells } : {}) };
     const extent = surface.extent(), { minimum, escape } = this.landscapeOf(surface);
@@ -65,12 +69,14 @@ export class Explorer {
       const lowest = minimum === null ? "" : `; the minimum there is ${Number(minimum.toPrecision(8))}`;
       throw wrong("energy", `energy ${surface.energy} reaches no point of the section${lowest}`);
     }
+    // An orbit whose energy lets it go has left where it is so many widths of the view away.
+    surface.far = minimum === null || (escape !== null && surface.energy > escape) ? WIDTHS*(extent[1] - extent[0]) : Infinity;
     this.begin(surface, extent);
     const allowed = surface.mask(extent, width, height), top = general ? () => 0 : betweenColumns((u) => surface.top(u), extent, width);
     const outline = outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v, top(u)), general ? 0 : 0.2);
     this.post({
       type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, outline, minimum, escape, spans: surface.seenSpans ?? [0, 0],
-      section: surface.section, constant: surface.constant, energy: surface.energy,
+      section: surface.section, constant: surface.constant, energy: surface.energy, asked: message.asked,
     }, [allowed.buffer, outline.buffer]);
     return undefined;
   }
@@ -85,7 +91,7 @@ export class Explorer {
   }
 
   /** Tell of a plane of a map; open: its domain has no edge in the rectangle, and goes on beside it. */
-  showPlane(surface, { width = 200, height = 160 }) {
+  showPlane(surface, { width = 200, height = 160, asked }, trial = null) {
     const extent = surface.extent(), allowed = surface.mask(extent, width, height), open = allowed.every((is) => is);
     if (!allowed.some((is) => is)) throw wrong("section", "the plane must contain points of the domain");
     this.begin(surface, extent);
@@ -93,7 +99,7 @@ export class Explorer {
     const { labels, axes, section, energy, constant, periods } = surface;
     this.post({
       type: "surface", labels, axes, extent, width, height, allowed, outline, minimum: null, escape: null, section, constant, energy,
-      periods, spans: surface.seenSpans ?? periods, open,
+      periods, spans: surface.seenSpans ?? periods, open, trial, asked,
     }, [allowed.buffer]);
   }
 
