@@ -472,7 +472,7 @@ def test_files_keep_models(potential, tmp_path):
     [
         (lambda: Body3(fa.NeoHookean()), TypeError, "potential must be a potential of 3x3 matrices"),
         (lambda: Body3(Sum3(GasCloud(), fa.NeoHookean())), TypeError, "potential must be a potential of 3x3 matrices"),
-        (lambda: GasCloud(gamma=1), ValueError, "gamma must be above 1, got 1"),
+        (lambda: GasCloud(gamma=1), ValueError, "gamma must differ from 1, got 1"),
         (lambda: fa.Body(GasCloud()), TypeError, "Use fa.models.Body3"),
         (lambda: fa.integrate(GasCloud(), np.ones(18), time=1.0), TypeError, "Use fa.models.Body3"),
         (lambda: fa.integrate(Body3(GasCloud()), -starts(1), time=1.0), ValueError, "det phi > 0"),

@@ -125,7 +125,8 @@ def _refusing(made: Callable[..., GasCloud]) -> Callable[..., GasCloud]:
     def wrapped(*given: Any, **named: Any) -> GasCloud:
         cloud = made(*given, **named)
         if isinstance(cloud.gamma, (int, float)) and cloud.gamma == 1:
-            raise ValueError(f"gamma must differ from 1, got {cloud.gamma}. Try fa.models.formula3('-k*log(J)', k=1.0).")
+            hint = "Try fa.models.formula3('-k*log(J)', k=1.0)."
+            raise ValueError(f"gamma must differ from 1, got {cloud.gamma}. {hint}")
         return cloud
 
     return wrapped
