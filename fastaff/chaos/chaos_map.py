@@ -163,6 +163,10 @@ class ChaosMap(Result):
         return "; ".join(parts)
 
 
+DEFAULT = (MEGNO(), SALI())
+"""Indicators of `chaos_map`; a map of one variable has a single deviation vector, hence the first alone."""
+
+
 @coerces_arguments(z0=starts_of, scheme=scheme_of, indicators=indicators_of)
 @records_call
 @inserts_parameters
@@ -171,7 +175,7 @@ def chaos_map(
     z0: Starts,
     *,
     time: float,
-    indicators: Indicators = (MEGNO(), SALI()),  # noqa: B008 - values
+    indicators: Indicators = DEFAULT,
     history: int = 0,
     early_stop: bool = False,
     deviation_vectors: ArrayLike | None = None,
@@ -232,7 +236,8 @@ def chaos_map(
     - Classification: deviation vectors prove chaos only if the growth is lasting. Without the three eighths of the run
       with most growth, the longest vector must still grow tenfold.
     - Never chaotic: orbits at rest, and autonomous systems of one degree of freedom.
-    - Maps: one iterate counts as one radian. OFLI and ReversibilityError are not supported.
+    - Maps: one iterate counts as one radian. OFLI and ReversibilityError are not supported. For one variable
+      the default is MEGNO alone.
     - Cost, in integrations without vectors: :math:`1.3 (1 + k)` for k vectors, 1 more for averages, 15 for
       FrequencyDiffusion.
     - Memory: :math:`2(k^2 + nk + n)` numbers an orbit.
@@ -255,7 +260,8 @@ def chaos_map(
     problem = Problem(model, z0, options)
     time = problem.iterates("time", time)
     system = checked_system(model)
-    chosen = checked_indicators(indicators, system)
+    usual = DEFAULT[:1] if system.rows == 1 and indicators == DEFAULT else indicators
+    chosen = checked_indicators(usual, system)
     slots = whole("history", history, 0)
     tangent = [entry for entry in chosen if entry.vectors(system.moving)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):

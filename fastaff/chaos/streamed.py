@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.numbers import Callback, fits, number_of_steps, shown
+from ..core.numbers import Callback, fits, listed, number_of_steps, shown
 from ..core.status import Status
 from ..engine.kernels import readings
 from ..engine.kernels.deviations import ROWS, layout
@@ -274,6 +274,11 @@ class ChaosRun:
             start, self.first = _unit_vectors(deviation_vectors, self.scale[:whole])
             start = start if self.flow.system.driven else carried(start, self.flow.system, 1)
             needed = whole if self.spectrum else needed
+        if len(start) < needed and deviation_vectors is None:
+            names = listed([entry.name for _, entry in self.tangent if entry.vectors(self.n) > len(start)])
+            raise ValueError(
+                f"indicators must need at most {len(start)} deviation vector of this system, got {names}. Use 'megno'."
+            )
         if len(start) < needed:
             raise ValueError(
                 f"deviation_vectors must be at least {needed} vectors for these indicators, got {len(start)}"

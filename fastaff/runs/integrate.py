@@ -359,7 +359,12 @@ class _Accurate:
                 self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, callback
             )
         if self.rescues:  # equal steps are too long for a close approach
-            self._short(np.where(self._lost(), FINEST, np.nan), None)
+            lost = self._lost()
+            try:
+                self._short(np.where(lost, FINEST, np.nan), None)
+            except KeyboardInterrupt:
+                self.ensemble.status[self.chunk[lost]] = Status.INTERRUPTED
+                raise
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
             lost = energy_error(self.system, self.ensemble.of(self.chunk))
             self._short(last(*given, self.error[0, self.chunk], lost), None)
@@ -462,7 +467,8 @@ class _Accurate:
     def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, with the estimated errors."""
         found = self.ensemble, self.samples, self.time, (self.error, self.sample_error, self.until)
-        scheme = VERNER9 if (self.free or self.rescues) and np.isinf(self.step).all() else self.flow.scheme
+        toleranced = self.free or (self.rescues and not interrupted)  # steps of orbits that did not begin are inf too
+        scheme = VERNER9 if toleranced and np.isinf(self.step).all() else self.flow.scheme
         return _assembled(system, scheme, *found, tolerance, interrupted, self.step)
 
 

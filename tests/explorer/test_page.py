@@ -824,7 +824,7 @@ def test_where_nothing_comes_back_the_page_suggests_an_energy(browser, tmp_path)
         sheet.wait("[...app.orbits.shown.values()].every((one) => one.reading.status === 'escaped')")
         (gone,) = sheet.orbits()  # a hundred widths of the view away
         assert gone.reading["time"] < 1e5
-        assert sheet.text("count").startswith("1 orbit (1 undecided)")
+        sheet.wait("app.part('count').textContent.startsWith('1 orbit (1 undecided)')")
         for energy in (float(str(said.value).rpartition("=")[2]), lower):
             fa.energy_grid(fa.hamiltonian(text), energy=energy, section="x=0", axes=([0.4], [0.0]))
         assert sheet.said == []

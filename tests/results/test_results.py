@@ -45,6 +45,9 @@ MAKERS = {
     "TuneSums": lambda: accumulated().state,
     "ChaosMap": lambda: fa.chaos_map(HH, battery.Z4, time=10.0, history=2, **FIXED),
     "FoundCases": lambda: FoundCases.of(fa.chaotic_fraction(battery.own_case, ([0.8, 0.9, 1.0],), time=2.0, **FIXED)),
+    "BifurcationDiagram": lambda: fa.chaos.bifurcation_diagram(
+        battery.LOGISTIC, "r", [3.2, 3.5, 3.9], x0=0.3, transient=100, iterates=16
+    ),
     "PeriodicOrbits": lambda: fa.periodic_orbits(HH, CLOSED, **SURFACE, max_time=20.0, step=0.1, threads=1),
     "Branch": lambda: fa.continuation(
         HH, CLOSED[:, 0], **SURFACE, max_steps=2, max_time=20.0, ds=1e-3, step=0.1, threads=1

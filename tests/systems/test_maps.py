@@ -670,7 +670,7 @@ def test_jobs_of_maps_keep_what_the_functions_give(tmp_path):
         (["--model", "standard-map", "--step", "0.1"], "--step is not supported for maps"),
         (["--model", "standard-map", "--parameter", "Q=1"], "--parameter Q is none of standard-map"),
         (["--model", "standard-map", "--axes", "y=0:1:3"], "--axes must be one of x, p"),
-        (["--map", "x1 = x", "--axes", "x=0:1:3"], "must give the images"),
+        (["--map", "x1 = x; y1 = y; z1 = z", "--axes", "x=0:1:3"], "must give the images"),
         (["--map", "p1 = p + x; x1 = x + p1", "--model", "henon-map"], "give one of"),
         (["--periodic", "x=1"], "--periodic belongs to --map, --hamiltonian or --ode"),
     ],

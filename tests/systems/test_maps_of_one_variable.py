@@ -163,3 +163,12 @@ def test_figures_of_a_map_of_one_variable():
     assert fa.plot.plot_cobweb(LOGISTIC._replace(r=5.0), 0.4, iterates=30).missing > 0
     with pytest.raises(TypeError, match="map of one variable"):
         fa.plot.plot_cobweb(fa.models.StandardMap(), 0.2)
+
+
+def test_one_deviation_vector_is_enough_for_the_usual_indicators():
+    logistic = fa.iterated_map("x1 = r*x*(1 - x)", r=4.0)
+    found = fa.chaos_map(logistic, [[0.3, 0.41]], time=1000)
+    assert found.names == ("megno",)
+    assert found.chaotic.all()
+    with pytest.raises(ValueError, match=r"^indicators must need at most 1 deviation vector .* got sali\. Use 'megno'"):
+        fa.chaos_map(logistic, [[0.3, 0.41]], time=1000, indicators="sali")

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.arrays import checked, first
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import real, shown
 from .body3 import Body3
@@ -211,10 +210,13 @@ class ReducedBody3(NamedTuple):
         TypeError, ValueError
             If `z` has another shape or a number that is not finite, or D1 = D2 with spin + vorticity not 0.
         """
-        z = checked("z", z, (6,))
+        # Plain NumPy: the key of compiled kernels follows what methods of a model call.
+        z = np.asarray(z, float)
+        if z.shape[:1] != (6,) or not np.isfinite(z).all():
+            raise ValueError(f"z must be finite real numbers of shape (6, ...), got shape {z.shape}.")
         D1, D2, D3, p_1, p_2, p_3 = z
         if self.spin + self.vorticity != 0.0 and np.any(D1 == D2):
-            place = tuple(first(D1 == D2))
+            place = tuple(np.argwhere(D1 == D2)[0])
             raise ValueError(f"z must have D1 > D2 if spin + vorticity is not 0, got D1 = D2 = {D1[place]:g}.")
         less = self.spin - self.vorticity
         more = self.spin + self.vorticity
