@@ -36,6 +36,16 @@ RESONANT = "^vD<>p*h"
 """Marks of resonances, frequent ones first."""
 
 
+def _have_one_energy(families: OrbitFamilies) -> bool:
+    """Tell whether all orbits have one energy. At E = 0 the scale is that of angular momentum times frequency."""
+    energy = families.energy
+    if not np.isfinite(energy).all():
+        return False
+    turning = 2 * np.pi * np.abs(families.nu[:2]).max(axis=0) * np.abs(families.angular_momentum)
+    size = np.fmax(np.abs(energy), turning).max(initial=0.0)
+    return bool(np.ptp(energy) <= SAME * size)
+
+
 @figure
 @inserts_parameters
 def plot_families(
@@ -78,9 +88,7 @@ def plot_families(
     names = families.names
     x, y = (None if name is None else text(axis, name) for axis, name in (("x", x), ("y", y)))
     if x is None:
-        energy = families.energy
-        one = np.ptp(energy) <= SAME * np.abs(energy).max(initial=0.0) if np.isfinite(energy).all() else False
-        x = "angular_momentum" if one else "energy"
+        x = "angular_momentum" if _have_one_energy(families) else "energy"
     y = y or f"{names[1]}/{names[0]}"
     across, up = (_values(families, name) for name in (x, y))
     good = (families.status == Status.OK) & np.isfinite(across) & np.isfinite(up)

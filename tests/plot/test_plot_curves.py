@@ -1,5 +1,7 @@
 """Curves of orbits: smooth between samples, closed for periodic orbits, one for each of several bodies; families."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -187,6 +189,16 @@ def test_families_have_marks_of_their_own_and_counts(ax, oscillators):
     assert families.plot(ax=Figure().subplots(), y="x/y").missing == 2
     with pytest.raises(ValueError, match="x and y must be among energy, angular_momentum, radius"):
         plot.plot_families(families, ax=ax, x="q")
+
+
+@pytest.mark.parametrize("energy", [0.0, -1e-17, 3.0])
+def test_families_of_one_energy_are_drawn_against_the_angular_momentum(ax, oscillators, energy):
+    """Rounding of E about 0 is no axis."""
+    families = fa.frequencies.orbit_families(oscillators)
+    given = dataclasses.replace(families, energy=energy * (1 + 1e-15 * np.arange(3)) + 1e-17 * np.arange(3))
+    object.__setattr__(given, "angular_momentum", np.array([0.1, 0.2, 0.3]))
+    plot.plot_families(given, ax=ax)
+    assert ax.get_xlabel().startswith("angular momentum")
 
 
 # --- resonances and diffusion -----------------------------------------------------------------------------------------
