@@ -186,7 +186,7 @@ KEPLER = (
             "one or two parameters",
         ),
         (["chaos-map", *SURFACE, "--scan", "p_phi=0:1:2", "--scan", "p_eta=0:1:2"], "not one of each"),
-        (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--grid", "4x4"], "--scan takes random starts"),
+        (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--grid", "4x4"], "--scan requires --orbits"),
         (["chaos-map", "--scan", "energy=-2:-1:2"], "no case of the scan has orbits"),
         (
             ["chaos-map", "--model", "henon-heiles", "--energy", "0.1", "--scan", "p_eta=0:1:2"],
@@ -356,7 +356,7 @@ def test_bodies_of_a_formula(tmp_path, capsys):
     assert files.contents(tmp_path / "own.npz").metadata["formula"] == text
     general = ["--formula", "x**2 + 2*y**2 + z**2 + u**2"]
     assert cli.main(["chaos-map", *SURFACE, *general]) == 2
-    assert "elsewhere give --axes NAME=LOW:HIGH:N" in capsys.readouterr().err
+    assert "Use --axes NAME=LOW:HIGH:N" in capsys.readouterr().err
     assert (
         cli.main(
             [

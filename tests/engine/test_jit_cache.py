@@ -308,7 +308,7 @@ import watchers
 import fastaff
 from fastaff import *
 from fastaff.runs.observers import Observer
-from fastaff.runs import Options, plan
+from fastaff.runs.options import Options, plan
 model, z0 = HenonHeiles(), np.array([[0.1, 0.2], [0.2, 0.1], [0.3, 0.1], [0.1, 0.3]])
 mine = fastaff.chaos.TangentIndicator("mine", watchers.own, threshold=5.0, parameters=(SCALE,))
 found = chaos_map(model, z0, time=20.0, step=0.1, indicators=(LyapunovSpectrum(), mine))
