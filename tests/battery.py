@@ -885,6 +885,13 @@ def call(name, given):
     return CALLS[name][0](*first, **given)
 
 
+def _fields(value):
+    """Return the names of all parameters of a model, those of its parts too, by which a refusal may call them."""
+    if isinstance(value, type) or not isinstance(value, tuple) or not hasattr(value, "_fields"):
+        return []
+    return [*value._fields, *(name for part in value for name in _fields(part))]
+
+
 def outcome(name, *replaced):
     """Call with arguments replaced, each by the name of a value; return "accepted", "refused", or what is wrong in
     words.
@@ -892,7 +899,6 @@ def outcome(name, *replaced):
     A refusal names one of these arguments, or another one of the call that it does not go with, and says so once.
     """
     given, wanted = base(name), [argument for argument, _ in replaced]
-    names = "|".join(re.escape(other.rstrip("s")) for other in {*arguments(name), *wanted})
     for argument, value in replaced:
         if value in VALUES:
             given[argument] = VALUES[value]
@@ -900,6 +906,8 @@ def outcome(name, *replaced):
             given[argument] = others[value]
         else:
             given[argument] = astray(usual(name, argument))[value]
+    known = {*arguments(name), *wanted, *(field for argument in wanted for field in _fields(given[argument]))}
+    names = "|".join(re.escape(other.rstrip("s")) for other in known)
     own = any(argument in FUNCTIONS and callable(given[argument]) for argument in wanted)
     long = any(argument in LONG for argument in wanted)
     timed = threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer")
