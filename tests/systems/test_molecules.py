@@ -476,4 +476,3 @@ def test_molecules_without_what_is_asked_for_are_refused():
 def test_repr_of_many_atoms_is_one_line():
     ring = fa.molecules.ring(1000, mass=0.5, pairs=[fa.molecules.HarmonicBond(), fa.molecules.LennardJones()])
     assert repr(ring) == "<Molecule of 1000 atoms, mass 500: 1000 HarmonicBond, 1000 LennardJones>"
-    assert repr(fa.molecules.molecule([1.0, 1.0, 2.0], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], {})).endswith("no pairs>")

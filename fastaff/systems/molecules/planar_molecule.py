@@ -139,7 +139,7 @@ class Molecule:
         """Return the numbers of atoms and of pairs: the arrays of a ring of 1000 atoms fill pages."""
         kinds = Counter(type(potential).__name__ for _, _, potential in self.pairs)
         bonds = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
-        return f"<Molecule of {len(self.masses)} atoms, mass {self.masses.sum():.6g}: {bonds or 'no pairs'}>"
+        return f"<Molecule of {len(self.masses)} atoms, mass {self.masses.sum():.6g}: {bonds}>"
 
     # --- the atoms --------------------------------------------------------------------------------------------------
 
