@@ -56,7 +56,7 @@ SENTENCES = {
 
 @dataclass(frozen=True)
 class TorusFit(Result, axis=None):
-    """Torus of an orbit as a Fourier series z(theta) = Re sum_k z_k exp(2 pi i k . theta).
+    """Torus of an orbit as a Fourier series z(theta) = Re sum_k z_k exp(2 pi i k·theta).
 
     The series has one k of each pair +-k. For a map, and for the stroboscopic map of a driven system, time is counted
     in iterates or periods.

@@ -206,6 +206,37 @@ def test_missing_extras_are_named(monkeypatch, capsys):
     assert 'pip install "fastaff[demo]"' in capsys.readouterr().err
 
 
+BARE = """
+import importlib.abc, sys
+
+class Missing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {"cyclopts", "rich", "matplotlib", "sympy", "zarr", "xarray"}:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Missing())
+from fastaff.cli.main import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_the_explorer_needs_no_extra(here):
+    """As after a plain `pip install`; other commands name the extra that they need."""
+
+    def run(*words):
+        return subprocess.run([sys.executable, "-c", BARE, *words], capture_output=True, text=True, timeout=600)
+
+    done = run("explore")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "fastaff-explorer.html\n", "")
+    assert (here / "fastaff-explorer.html").read_text().startswith("<!doctype html>")
+    for words in (["explore", "--energy", "1/8"], ["poincare"], []):
+        done = run(*words)
+        assert done.returncode == 2
+        assert done.stdout == ""
+        assert 'pip install "fastaff[demo]"' in done.stderr
+        assert done.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     "command", [[], ["poincare"], ["frequency-map"], ["chaos-map"], ["spectrum"], ["demo"], ["warmup"], ["doctor"]]
 )

@@ -336,6 +336,13 @@ def sections(value):
     return dict(zip(parts[1::2], parts[2::2]))
 
 
+def test_no_summary_is_cut_at_the_sign_of_a_product():
+    """Tables of the API show a docstring up to its first full stop: products are written k·nu, not with a full stop."""
+    docstrings = {name: inspect.getdoc(value) or "" for _, name, value in documented()}
+    assert len(docstrings) > 300
+    assert [name for name, text in docstrings.items() if re.search(r"\s\.(\s|$)", text.split("\n\n")[0])] == []
+
+
 @pytest.mark.parametrize("name", VERBS)
 def test_public_docstrings_name_parameters_results_and_errors(name):
     """The parameters are those of the signature in their order; sections follow one another as in numpydoc."""
