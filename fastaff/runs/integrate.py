@@ -236,7 +236,7 @@ def integrate(
     )
     problem = Problem(model, z0, options)
     time = problem.iterates("time", time)
-    moments = _moments_of(samples, time, problem.system.iterated)
+    moments = sample_times(samples, time, problem.system.iterated)
     problem = problem.suited()
     options = problem.options
     flow, z, *_ = problem.plan(time=time, error=None, transformed=True)
@@ -316,7 +316,7 @@ class Looks(NamedTuple):
     parts: int
 
 
-def _moments_of(samples: Any, time: float, mapping: bool) -> Moments:
+def sample_times(samples: Any, time: float, mapping: bool = False) -> Moments:
     """Return the samples as checked: a number of them, or increasing times from 0 to the time of the run."""
     if np.ndim(samples) == 0:
         count = whole("samples", samples, 0)

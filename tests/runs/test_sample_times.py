@@ -274,6 +274,28 @@ def test_results_files_recipes_and_figures(tmp_path):
     np.testing.assert_allclose(curve.get_xdata()[-1], times[-1])
 
 
+def test_jobs_take_times(tmp_path):
+    z0 = np.random.default_rng(5).uniform(-0.2, 0.2, (4, 6))
+    times = [0.0, 0.25, 1 / 3, 2.5]
+    job = fa.Job(
+        model=fa.HenonHeiles(),
+        initial_conditions=z0,
+        integrate=fa.jobs.IntegrateOptions(time=3.0, samples=times),
+        options=fa.jobs.RunOptions(step=0.05),
+    )
+    text = fa.Job(
+        model=fa.HenonHeiles(), initial_conditions={"grid": "2x2"}, integrate={"time": 3.0, "samples": np.array(times)}
+    ).text()
+    assert 'samples = "0.0:0.25:0.3333333333333333:2.5"' in text
+    found = fa.run(job, tmp_path / "store.zarr")["integrate"]
+    np.testing.assert_array_equal(found.times, times)
+    np.testing.assert_array_equal(
+        found.samples, fa.integrate(fa.HenonHeiles(), z0, time=3.0, samples=times, step=0.05).samples
+    )
+    with pytest.raises(ValueError, match="samples must be times from 0 to time=2, got 2.5"):
+        fa.Job(model=fa.HenonHeiles(), initial_conditions=z0, integrate={"time": 2.0, "samples": times}).plan()
+
+
 @pytest.mark.parametrize(
     ("samples", "message"),
     [
