@@ -175,9 +175,7 @@ def test_dissipative_flow():
     z0 = rng.normal(size=(3, 5)) + [[0.0], [0.0], [25.0]]
     times = random_times(rng, 4.0, 24)
     run = fa.integrate(LORENZ, z0, time=4.0, samples=np.append(0.0, times))
-    exact = along(
-        lambda t, z: [10 * (z[1] - z[0]), z[0] * (28 - z[2]) - z[1], z[0] * z[1] - 8 / 3 * z[2]], z0, times
-    )
+    exact = along(lambda t, z: [10 * (z[1] - z[0]), z[0] * (28 - z[2]) - z[1], z[0] * z[1] - 8 / 3 * z[2]], z0, times)
     np.testing.assert_allclose(run.samples[1:], exact, atol=1e-7)
     np.testing.assert_array_equal(run.samples[0], z0)
     assert run.sample_error is None
@@ -247,7 +245,13 @@ def test_an_interrupted_run_keeps_samples():
     z0 = np.tile([[0.1], [0.0], [0.0], [0.2]], (1, 400)) * np.linspace(0.5, 1.0, 400)
     with pytest.raises(Interrupted) as stopped:
         fa.integrate(
-            fa.HenonHeiles(), z0, time=3000.0, step=0.02, samples=np.geomspace(1.0, 3000.0, 12), threads=1, callback=stop
+            fa.HenonHeiles(),
+            z0,
+            time=3000.0,
+            step=0.02,
+            samples=np.geomspace(1.0, 3000.0, 12),
+            threads=1,
+            callback=stop,
         )
     partial = stopped.value.partial
     done = partial.status == fa.Status.OK
