@@ -172,7 +172,7 @@ def test_driven_rotating_and_nonseparable_systems():
 
 def test_dissipative_flow():
     rng = np.random.default_rng(6)
-    z0 = rng.normal(size=(3, 5)) + [[0.0], [0.0], [25.0]]
+    z0 = rng.normal(size=(3, 5)) + np.array([[0.0], [0.0], [25.0]])
     times = random_times(rng, 4.0, 24)
     run = fa.integrate(LORENZ, z0, time=4.0, samples=np.append(0.0, times))
     exact = along(lambda t, z: [10 * (z[1] - z[0]), z[0] * (28 - z[2]) - z[1], z[0] * z[1] - 8 / 3 * z[2]], z0, times)
@@ -214,7 +214,7 @@ def test_iterates_of_a_map():
     np.testing.assert_array_equal(run.samples[0], z0)
     np.testing.assert_array_equal(run.samples[1:], every[[0, 1, 4, 16]])
     np.testing.assert_array_equal(run.times, [0, 1, 2, 5, 17])
-    with pytest.raises(ValueError, match="samples of a map must be whole numbers of iterates, got 2.5"):
+    with pytest.raises(ValueError, match=r"samples of a map must be whole numbers of iterates, got 2\.5"):
         fa.integrate(shared_systems.henon(), z0, time=20, samples=[1, 2.5])
 
 
@@ -296,7 +296,7 @@ def test_jobs_take_times(tmp_path):
     np.testing.assert_array_equal(
         found.samples, fa.integrate(fa.HenonHeiles(), z0, time=3.0, samples=times, step=0.05).samples
     )
-    with pytest.raises(ValueError, match="samples must be times from 0 to time=2, got 2.5"):
+    with pytest.raises(ValueError, match=r"samples must be times from 0 to time=2, got 2\.5"):
         fa.Job(model=fa.HenonHeiles(), initial_conditions=z0, integrate={"time": 2.0, "samples": times}).plan()
 
 

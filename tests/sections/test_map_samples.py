@@ -111,7 +111,7 @@ def test_noise_beyond_the_change_between_samples_is_undecided():
 def test_lorenz_against_its_integrated_section():
     """Samples at unequal times of `integrate`, crossings of `poincare_map`; both directions, an oblique plane."""
     rng = np.random.default_rng(5)
-    z0 = fa.integrate(LORENZ, rng.normal(size=(3, 6)) + [[0], [0], [20]], time=20.0).z
+    z0 = fa.integrate(LORENZ, rng.normal(size=(3, 6)) + np.array([[0], [0], [20]]), time=20.0).z
     times = np.unique(np.append(rng.uniform(0, 8.0, 1500), [0.0, 8.0]))
     orbits = fa.integrate(LORENZ, z0, time=8.0, samples=times)
     for section in ("z=27", "z=27-", fa.Hyperplane((1.0, -0.4, 0.2), 3.0)):
