@@ -40,9 +40,15 @@ SATURATED = 1.0
 """Logarithm of the typical distance of points over that of neighbours up to which these still part exponentially."""
 
 SLOW = 0.25
-"""Rate of growth over the largest one at which a curve saturates, if below the typical distance of points: orbits that
-keep their phases stay closer than these.
+"""Rate of growth over the largest one at which a curve has slowed down: orbits that keep their phases saturate far
+below the typical distance of points.
 """
+
+UNSURE = 0.5
+"""Logarithmic distance by which a curve may saturate above that place: both levels are fitted."""
+
+SYSTEMATIC = 0.05
+"""Error of the law of saturation and of distances that are not yet along the unstable direction, over the exponent."""
 
 GROWTH = 1.2
 """Growth of the logarithmic distance below which there is no exponential divergence to see."""
@@ -299,8 +305,9 @@ def _slope(curves: np.ndarray, typical: np.ndarray, skip: int) -> _Slope:
     statistical, bent = every[..., 1].max(), every[..., 2].max()
     levels = np.abs(np.diff(every[..., 0], axis=1)).max() / 2
     between = np.ptp(slopes) / 2
-    error = DEVIATIONS * math.sqrt(statistical**2 + between**2 + bent**2 + levels**2)
-    return _Slope(float(np.median(slopes)), error, first, last)
+    slope = float(np.median(slopes))
+    error = DEVIATIONS * math.hypot(statistical, between, bent, levels, SYSTEMATIC * slope)
+    return _Slope(slope, error, first, last)
 
 
 class _Fit(NamedTuple):
@@ -320,7 +327,8 @@ def _fitted(groups: np.ndarray, typical: float, skip: int) -> list[_Fit]:
     mean = groups.mean(axis=0)
     first = min(skip, len(mean) - 1)
     found = []
-    for top in (typical, _slowed(mean, first, typical)):
+    slowed = _slowed(mean, first, typical)
+    for top in (min(typical, slowed + UNSURE), slowed):
         beyond = np.flatnonzero(mean > top - SATURATED)
         last = int(beyond[0]) if beyond.size else len(mean) - 1
         if last - first < 4 or mean[last] - mean[first] < GROWTH:
