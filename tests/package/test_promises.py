@@ -129,6 +129,9 @@ def by_case(**given):
 
 ROWS = {
     "integrate": Row(fa.integrate, {"z0": FEW}, {"model": HH, **LIMITED, "samples": 3}),
+    "integrate, times of samples": Row(
+        fa.integrate, {"z0": FEW}, {"model": HH, **LIMITED, "samples": np.geomspace(0.01, LIMITED["time"], 7)}
+    ),
     "integrate, given step": Row(fa.integrate, {"z0": MANY}, {"model": HH, **LIMITED, **FIXED, "samples": 3}),
     "integrate, a step each": Row(
         fa.integrate, {"z0": FEW, "step": np.geomspace(0.01, 0.2, 40)}, {"model": HH, **LIMITED}
@@ -234,6 +237,7 @@ ROWS = {
     "from_action_angles, closed": Row(fa.from_action_angles, {"J": abs(ACTIONS), "theta": TURNS}, {"model": HARMONIC}),
     "naff": Row(fa.naff, {"signal": SIGNALS}, {"dt": 0.1, "lines": 3}, axis=0),
     "tunes": Row(fa.tunes, {"samples": RECORDS}, {}, axis=1),
+    "map_samples": Row(fa.sections.map_samples, {"samples": RECORDS}, {"dt": 0.1, "section": "q1=0"}, axis=1),
     "orbit_frequencies": Row(fa.orbit_frequencies, {"samples": RECORDS}, {"dt": 0.1, "lines": 3}, axis=1),
     "resonances": Row(fa.resonances, {"nu": RATIOS}, {"max_order": 6}),
     "rotation_number": Row(fa.rotation_number, {"points": CURVES}, {}),
@@ -444,6 +448,7 @@ EXEMPT = {
     "coherent_packet": "one phase point",
     "spectrum": "one class of one body, whose levels share a basis; its interruption is in test_results.py",
     "periodic_guesses": "guesses are chosen apart from one another: they belong to the set",
+    "series_exponent": "one series",
     "bifurcation_diagram": "parameters of one map: tests/systems/test_maps_of_one_variable.py",
     "resonance_web": "nodes are neighbours of one map: it is about the company",
     "all_levels": "one body; its interruption is in test_quantum_listing.py",
