@@ -4,7 +4,7 @@ from .chaos_map import ChaosMap
 from .chaotic_fraction import ChaoticFraction
 from .own_indicator import TangentIndicator
 from .parameter_diagrams import BifurcationDiagram, bifurcation_diagram
-from .series_exponent import SeriesExponent, series_exponent
+from .measured_series import SeriesExponent, series_exponent
 from .shares import Shares
 
 __all__ = [

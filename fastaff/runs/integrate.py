@@ -55,7 +55,7 @@ POINTS = 2**16
 """Samples whose energies are computed at once, some of each orbit."""
 
 MOMENTS = 8
-"""Moments at least at which two runs are compared."""
+"""SampleMoments at least at which two runs are compared."""
 
 
 @dataclass(frozen=True)
@@ -240,7 +240,7 @@ def integrate(
     problem = problem.suited()
     options = problem.options
     flow, z, *_ = problem.plan(time=time, error=None, transformed=True)
-    fits("samples", moments.count, *z.shape)
+    fits("samples", moments.number, *z.shape)
     goal = None if problem.system.iterated else options.goal()
     work: Any = (
         _Plain(flow, z, moments, callback)
@@ -252,25 +252,25 @@ def integrate(
     return work.result(problem.system, options.drift, False)
 
 
-class Moments(NamedTuple):
-    """The samples of a run over `time`: one at time 0 if `first`, then `count` of them at equal intervals up to the end
-    or at increasing `times` (count,).
+class SampleMoments(NamedTuple):
+    """The samples of a run over `time`: one at time 0 if `first`, then `number` of them at equal intervals up to the end
+    or at increasing `times` (number,).
     """
 
     time: float
-    count: int
+    number: int
     times: np.ndarray | None = None
     first: bool = False
 
     @property
     def parts(self) -> int:
         """The number of parts that steps must divide the run into: of equal samples, their intervals."""
-        return max(self.count, 1) if self.times is None else 1
+        return max(self.number, 1) if self.times is None else 1
 
     @property
     def later(self) -> np.ndarray:
         """The times of the samples after time 0."""
-        return self.time / self.parts * np.arange(1, self.count + 1) if self.times is None else self.times
+        return self.time / self.parts * np.arange(1, self.number + 1) if self.times is None else self.times
 
     @property
     def all_times(self) -> np.ndarray:
@@ -280,10 +280,10 @@ class Moments(NamedTuple):
     def looks(self) -> Looks:
         """Return the moments at which runs are compared, MOMENTS of them at least."""
         if self.times is None:
-            n = math.ceil(MOMENTS / self.count) if self.count else 1
-            parts = n * self.count if self.count else MOMENTS
+            n = math.ceil(MOMENTS / self.number) if self.number else 1
+            parts = n * self.number if self.number else MOMENTS
             return Looks(
-                self.time / parts * np.arange(1, parts + 1), slice(n - 1, None, n) if self.count else slice(0), parts
+                self.time / parts * np.arange(1, parts + 1), slice(n - 1, None, n) if self.number else slice(0), parts
             )
         times = np.union1d(self.times, self.time / MOMENTS * np.arange(1, MOMENTS + 1))
         return Looks(times, np.searchsorted(times, self.times), 1)
@@ -293,7 +293,7 @@ class Moments(NamedTuple):
     ) -> tuple[np.ndarray, bool]:
         """Run to the end; return the samples (samples, 2n, orbits), NaN if not reached, and whether interrupted."""
         if self.times is None:
-            return flow.trajectory(ensemble, self.time, self.count, callback)
+            return flow.trajectory(ensemble, self.time, self.number, callback)
         return flow.trajectory_at(ensemble, self.time, self.times, callback)
 
     def from_start(self, start: np.ndarray, later: np.ndarray) -> np.ndarray:
@@ -316,13 +316,13 @@ class Looks(NamedTuple):
     parts: int
 
 
-def sample_times(samples: Any, time: float, mapping: bool = False) -> Moments:
+def sample_times(samples: Any, time: float, mapping: bool = False) -> SampleMoments:
     """Return the samples as checked: a number of them, or increasing times from 0 to the time of the run."""
     if np.ndim(samples) == 0:
         count = whole("samples", samples, 0)
         if mapping and count and time % count:
             raise ValueError(f"samples must divide the {time:g} iterates of a map, got {shown(samples)}")
-        return Moments(time, count)
+        return SampleMoments(time, count)
     times = numbers("samples", without_unit(samples))
     if times.ndim != 1:
         raise ValueError(f"samples must be times of shape (samples,), the same for all orbits, got shape {times.shape}")
@@ -341,7 +341,7 @@ def sample_times(samples: Any, time: float, mapping: bool = False) -> Moments:
         raise ValueError(f"samples of a map must be whole numbers of iterates, got {wrong[0]:.9g}")
     first = bool(times[0] == 0)
     later = np.array(times[int(first) :])
-    even = Moments(time, len(later), None, first)
+    even = SampleMoments(time, len(later), None, first)
     alike = np.abs(even.later - later) <= EVEN * later
     return even if alike.all() else even._replace(times=later)
 
@@ -349,7 +349,7 @@ def sample_times(samples: Any, time: float, mapping: bool = False) -> Moments:
 class _Plain:
     """Orbits that are run once, with steps or tolerances that the user chose."""
 
-    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, moments: Moments, callback: Callback | None):
+    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, moments: SampleMoments, callback: Callback | None):
         flow = flow.fitted(moments.time, moments.parts)  # the step that is used, which the result names
         self.flow = flow
         self.moments = moments
@@ -400,7 +400,7 @@ class _Accurate:
         flow: Flow | TransformedFlow,
         system: System,
         z: np.ndarray,
-        moments: Moments,
+        moments: SampleMoments,
         accuracy: float,
         drift: float,
         callback: Callback | None,
@@ -417,9 +417,9 @@ class _Accurate:
         self.times, self.sampled, self.parts = moments.looks()
         self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))
         self.step, self.until, self.error = np.full(z.shape[1], np.inf), np.zeros(z.shape[1]), np.full(z.shape, np.inf)
-        rows = len(self.times[self.sampled]) if moments.count else 0
+        rows = len(self.times[self.sampled]) if moments.number else 0
         self.samples, self.sample_error = (np.full((rows, *z.shape), none) for none in (np.nan, np.inf))
-        self.looks = self.times if moments.count else self.times[1::2]
+        self.looks = self.times if moments.number else self.times[1::2]
         self.free = free and isinstance(flow.scheme, Collocation)
         self.rescues = free and isinstance(flow.scheme, (Splitting, Nystrom)) and not system.driven
 
@@ -504,7 +504,7 @@ class _Accurate:
             if interrupted:
                 raise KeyboardInterrupt
             return states
-        if self.moments.count:
+        if self.moments.number:
             states = flow.sampled(ensemble, self.parts, time=self.time, callback=callback).transpose(1, 2, 0)
         else:  # one run after the other: the interpolant would cost more
             states = np.empty((len(self.looks), *ensemble.z.shape))
@@ -594,7 +594,7 @@ def largest_energy_error(system: System, ensemble: Ensemble, samples: np.ndarray
 
 
 def _assembled(
-    system: System, scheme, ensemble, samples, moments: Moments, errors: tuple, tolerance, interrupted, step
+    system: System, scheme, ensemble, samples, moments: SampleMoments, errors: tuple, tolerance, interrupted, step
 ) -> Orbits:
     """Return the orbits with their energy errors and statuses."""
     if interrupted:

@@ -87,8 +87,8 @@ class _Weights(NamedTuple):
         return np.einsum("rwj,wj->rw", windows, self.weights)
 
 
-class Polynomials(NamedTuple):
-    """Polynomials through NODES samples of one orbit z (rows, samples) at t (samples,), for a section; the errors
+class SamplePolynomials(NamedTuple):
+    """SamplePolynomials through NODES samples of one orbit z (rows, samples) at t (samples,), for a section; the errors
     (rows, windows) that the differences of each window and its neighbours show, and the noise (rows,) of the samples.
     """
 
@@ -99,7 +99,7 @@ class Polynomials(NamedTuple):
     noise: np.ndarray
 
     @classmethod
-    def of(cls, section: Any, t: np.ndarray, z: np.ndarray, weights: tuple[_Weights, _Weights]) -> Polynomials:
+    def of(cls, section: Any, t: np.ndarray, z: np.ndarray, weights: tuple[_Weights, _Weights]) -> SamplePolynomials:
         """Return the polynomials of an orbit; weights of differences of NODES + 1 and of NOISE_NODES samples."""
         low, high = weights
         wide = np.pad(np.abs(low.differences(z)) * low.factor, ((0, 0), (2, 3)), mode="edge")
@@ -168,7 +168,7 @@ class _Brackets(NamedTuple):
     doubtful: bool
 
 
-def _brackets(own: Polynomials) -> _Brackets:
+def _brackets(own: SamplePolynomials) -> _Brackets:
     """Return the brackets of an orbit: sign changes between samples, and extrema between these beyond the section."""
     t = own.t
     g = section_values(own.section, own.z)
@@ -217,7 +217,7 @@ class _Crossed(NamedTuple):
     decided: bool
 
 
-def _crossed(own: Polynomials, direction: int) -> _Crossed:
+def _crossed(own: SamplePolynomials, direction: int) -> _Crossed:
     """Return the crossings of an orbit in a direction."""
     left, right, interval, doubtful = _brackets(own)
     if interval.size:
@@ -327,7 +327,7 @@ def map_samples(
             found.append(_Crossed(*(np.zeros(0),) * 2, *(np.zeros((len(z), 0)),) * 2, True))
             continue
         weights = whole_weights if count == len(t) else _weights(t[:count])
-        own = Polynomials.of(cut, t[:count], np.ascontiguousarray(z[:, orbit, :count]), weights)
+        own = SamplePolynomials.of(cut, t[:count], np.ascontiguousarray(z[:, orbit, :count]), weights)
         found.append(_crossed(own, int(cut.direction)))
         if not found[-1].decided:
             status[orbit] = Status.NOT_CONVERGED
@@ -335,7 +335,7 @@ def map_samples(
 
 
 def _weights(t: np.ndarray) -> tuple[_Weights, _Weights]:
-    """Return the weights of the differences that `Polynomials` uses."""
+    """Return the weights of the differences that `SamplePolynomials` uses."""
     return _Weights.of(t, NODES + 1), _Weights.of(t, NOISE_NODES)
 
 
