@@ -2,9 +2,9 @@
 
 from .chaos_map import ChaosMap
 from .chaotic_fraction import ChaoticFraction
+from .measured_series import SeriesExponent, series_exponent
 from .own_indicator import TangentIndicator
 from .parameter_diagrams import BifurcationDiagram, bifurcation_diagram
-from .measured_series import SeriesExponent, series_exponent
 from .shares import Shares
 
 __all__ = [

@@ -253,8 +253,8 @@ def integrate(
 
 
 class SampleMoments(NamedTuple):
-    """The samples of a run over `time`: one at time 0 if `first`, then `number` of them at equal intervals up to the end
-    or at increasing `times` (number,).
+    """The samples of a run over `time`: one at time 0 if `first`, then `number` of them at equal intervals up to the
+    end or at increasing `times` (number,).
     """
 
     time: float
