@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
-from ..core.foreign import without_unit
 from ..core.interruption import partial_result_on_interrupt
 from ..core.numbers import Callback, Passes, fits, numbers, portion, shown, whole
 from ..core.status import Status, describe
@@ -318,12 +317,12 @@ class Looks(NamedTuple):
 
 def sample_times(samples: Any, time: float, mapping: bool = False) -> SampleMoments:
     """Return the samples as checked: a number of them, or increasing times from 0 to the time of the run."""
-    if np.ndim(samples) == 0:
+    if not (isinstance(samples, (list, tuple)) or getattr(samples, "ndim", 0)):
         count = whole("samples", samples, 0)
         if mapping and count and time % count:
             raise ValueError(f"samples must divide the {time:g} iterates of a map, got {shown(samples)}")
         return SampleMoments(time, count)
-    times = numbers("samples", without_unit(samples))
+    times = numbers("samples", samples)
     if times.ndim != 1:
         raise ValueError(f"samples must be times of shape (samples,), the same for all orbits, got shape {times.shape}")
     if not times.size:

@@ -319,19 +319,21 @@ def map_samples(
         cut = cut._replace(direction=sign)
     counts, status = ends(z)
     fits("samples", z.shape[2], 4 * NOISE_NODES)
-    whole_weights = _weights(t)
+    unit = float(np.median(np.diff(t)))
+    u = (t - t[0]) / unit  # powers of times in other units may overflow
+    whole_weights = _weights(u)
     found = []
     for orbit, count in enumerate(counts):
         if count < LEAST:
             status[orbit] = Status.NOT_CONVERGED if status[orbit] == Status.OK else status[orbit]
             found.append(_Crossed(*(np.zeros(0),) * 2, *(np.zeros((len(z), 0)),) * 2, True))
             continue
-        weights = whole_weights if count == len(t) else _weights(t[:count])
-        own = SamplePolynomials.of(cut, t[:count], np.ascontiguousarray(z[:, orbit, :count]), weights)
+        weights = whole_weights if count == len(t) else _weights(u[:count])
+        own = SamplePolynomials.of(cut, u[:count], np.ascontiguousarray(z[:, orbit, :count]), weights)
         found.append(_crossed(own, int(cut.direction)))
         if not found[-1].decided:
             status[orbit] = Status.NOT_CONVERGED
-    return _assembled(found, status, cut, float(np.median(np.diff(t))), names)
+    return _assembled(found, status, cut, (float(t[0]), unit), names)
 
 
 def _weights(t: np.ndarray) -> tuple[_Weights, _Weights]:
@@ -339,8 +341,11 @@ def _weights(t: np.ndarray) -> tuple[_Weights, _Weights]:
     return _Weights.of(t, NODES + 1), _Weights.of(t, NOISE_NODES)
 
 
-def _assembled(found: list[_Crossed], status: np.ndarray, section: Any, step: float, names: tuple[str, ...]):
-    """Return the crossings of all orbits as one map."""
+def _assembled(
+    found: list[_Crossed], status: np.ndarray, section: Any, clock: tuple[float, float], names: tuple[str, ...]
+) -> SectionMap:
+    """Return the crossings of all orbits as one map; clock: time of the first sample, and the unit of their times."""
+    start, unit = clock
     crossings = np.array([len(each.times) for each in found])
     most = int(crossings.max(initial=0))
     points, point_error = np.full((2, len(names), most, len(found)), np.nan)
@@ -348,7 +353,8 @@ def _assembled(found: list[_Crossed], status: np.ndarray, section: Any, step: fl
     residual = np.zeros(len(found))
     for orbit, each in enumerate(found):
         at = slice(len(each.times)), orbit
-        times[at], time_error[at] = each.times, each.time_error
+        times[at] = start + unit * each.times
+        time_error[at] = unit * each.time_error + ROUNDING * np.abs(times[at])
         points[:, *at], point_error[:, *at] = each.points, each.point_error
         residual[orbit] = np.abs(section_values(section, each.points)).max(initial=0.0)
     return SectionMap(
@@ -360,7 +366,7 @@ def _assembled(found: list[_Crossed], status: np.ndarray, section: Any, step: fl
         status=status,
         section=section,
         scheme=None,
-        step=step,
+        step=unit,
         names=names,
         time_error=time_error,
         point_error=point_error,
