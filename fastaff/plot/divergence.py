@@ -38,8 +38,8 @@ def plot_divergence(result: SeriesExponent, *, ax: Any = None) -> Artists:
     3
     """
     curves = tuple(
-        ax.plot(result.time, curve, lw=0.8, color=colour)[0]
-        for curve, colour in zip(result.divergence, LINES, strict=False)
+        ax.plot(result.time, curve, lw=0.8, color=colour, ls=dashes)[0]
+        for curve, (colour, dashes) in zip(result.divergence, LINES, strict=False)
     )
     slope = ()
     if np.isfinite(result.exponent):
