@@ -73,21 +73,26 @@ def _too_many(takes: str, system: System) -> Refused:
 
 
 def _map_code(system: System) -> dict[str, Any]:
-    """Return a map as data: winds (2n,) is true for rows with a period."""
+    """Return a map as data: winds (2n,) is true for rows with a period; one variable has an idle row, always 0, beside."""
     n = system.n
     own = ScriptPart(system.model, ())
-    rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
+    rows = [f"{stem}{i}" for stem in "qp" for i in range(n)][: system.rows]
     names = [name for name, _ in numbers_in(system.model, ())]
     wanted: tuple[tuple[str, str, list[str]], ...] = (
         ("iterate", "iterate", rows),
-        ("tangent", "tangent_iterate", [*rows, *(f"d{r}" for r in range(2 * n))]),
+        ("tangent", "tangent_iterate", [*rows, *(f"d{r}" for r in range(system.rows))]),
         ("periods", "periods", []),
         ("margin", "margin", rows[:n]),
     )
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
     angles = list(system.names)
     winds = [float(period) > 0 for period in system.model.periods()]
-    return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
+    line = system.rows == 1
+    if line:
+        winds.append(False)
+        for key in ("iterate", "tangent", "periods"):
+            methods[key]["results"].append("0")
+    return {"kind": "map", "n": n, "line": line, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 
 class TurningFrameMethods:
