@@ -77,8 +77,8 @@ def explore(
     ----------
     model : model, optional
         Body with a doubly isotropic potential, or system of two degrees of freedom, with H(q, p) and rotating frames.
-        Driven systems of one coordinate, maps, and ODE systems of three or more variables are supported too. Default:
-        the neo-Hookean body. The page has all named models anyway.
+        Driven systems of one coordinate, maps, also of one variable, and ODE systems of three or more variables are
+        supported too. Default: the neo-Hookean body. The page has all named models anyway.
     energy : float, optional
         Energy of the orbits. None for a map, an ODE or a driven system.
     section : Section or str, optional
@@ -95,8 +95,8 @@ def explore(
     background : path_like or tuple, optional
         Chaos or frequency map over a grid of the section: a file, or a pair of result and `EnergyGrid`.
     points : array_like, shape (2, orbits), optional
-        Section coordinates of the first orbits of the page, [] for none. Default: twelve over the region, or none with
-        a background.
+        Section coordinates of the first orbits of the page, [] for none. Default: twelve over the region, one for a
+        map of one variable, or none with a background.
     fixed : dict of float, optional
         For a map or an ODE, initial values of the other rows by name. Default: 0.
     out : path_like, optional
@@ -121,6 +121,7 @@ def explore(
     -----
     - Energy, section, accuracy and scheme are not supported for maps and driven systems: a point of the plane is an
       orbit of iterates, or of states once per period. Periodic coordinates of a map are in [-T/2, T/2).
+    - A map of one variable has the plane of x and its image, with a cobweb and a bifurcation diagram.
     - The coordinate of a driven system is periodic if the force has the period 2 pi or the model declares it.
     - Orbits of H(q, p) start at the outermost root of a momentum with a velocity of the sign of the direction.
     - Accuracy: first crossings agree with `poincare_map` to `accuracy`. Later ones of chaotic orbits differ with the

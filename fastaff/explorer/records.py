@@ -31,9 +31,9 @@ def model_code(system: System) -> dict[str, Any]:
     n = system.n
     kind = "body" if system.isotropic else "driven" if system.driven else "plane"
     if kind == "driven" and n != 2:
-        raise _too_many("have one coordinate beside its time", system)
+        raise _too_many("have one coordinate beside its time for a page", system)
     if n != (4 if kind == "body" else 2):
-        raise _too_many("be one with a doubly isotropic potential, or a system of two coordinates,", system)
+        raise _too_many("be a body with a doubly isotropic potential, or have two coordinates", system)
     q, p, d = ([f"{stem}{i}" for i in range(n)] for stem in "qpd")
     own = ScriptPart(system.model, ())
     wanted: list[tuple[str, ScriptPart, str, list[str]]] = [
@@ -64,11 +64,9 @@ def model_code(system: System) -> dict[str, Any]:
 def _too_many(takes: str, system: System) -> Refused:
     """Return the refusal of a system with another number of coordinates than a page draws."""
     names = system.names[: system.moving]
-    where = "section='t=0', crossings=100" if system.driven else f"section='{names[0]}=0', crossings=100, max_time=1e4"
+    where = "t=0" if system.driven else f"{names[0]}=0"
     return Refused(
-        f"model must {takes} to be explored; {kind_of(system.model)} has the {len(names)} coordinates "
-        f"{', '.join(names)}: "
-        f"fa.poincare_map(body, z0, {where}) computes its section"
+        f"model must {takes}, got {kind_of(system.model)} with {len(names)}. Try fa.poincare_map with section='{where}'."
     )
 
 
@@ -149,7 +147,7 @@ def _equations_code(system: System) -> dict[str, Any]:
     )
     own = ScriptPart(whole, ())
     if system.canonical and system.n != 2:
-        raise _too_many("have two degrees of freedom, or one beside its time,", system)
+        raise _too_many("have two coordinates, or one beside its time", system)
     if not system.canonical and system.rows < 3:
         raise Refused(
             f"model must have 3 variables or more to have a section, {kind_of(system.model)} has {system.rows}"

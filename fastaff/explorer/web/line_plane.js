@@ -12,7 +12,7 @@ const GRAPH_POINTS = 4001, GRAPH_WIDTHS = 3; // the graph goes beyond the frame,
 export class LinePlane {
   constructor(system, P, { coordinates }, { section }) {
     if (section !== coordinates[0]) throw wrong("section", `the plane must be ${coordinates[0]}, got ${section}`);
-    Object.assign(this, { system, P, section, energy: null, constant: null, index: 0, isMap: true, rows: [0, 0] });
+    Object.assign(this, { out: new Float64Array(2), system, P, section, energy: null, constant: null, index: 0, isMap: true, rows: [0, 0] });
     this.axes = [section, "image"];
     this.labels = [section, `image of ${section}`];
     this.rowPeriods = system.periods(P);
@@ -22,9 +22,8 @@ export class LinePlane {
   }
 
   image(x) {
-    const out = new Float64Array(2);
-    this.system.iterate([x, 0], this.P, out);
-    return reduced(out[0], this.periods[0]);
+    this.system.iterate([x, 0], this.P, this.out);
+    return reduced(this.out[0], this.periods[0]);
   }
 
   /** The point of a state: where it is, and where it goes. */
@@ -73,18 +72,15 @@ export class LinePlane {
     return count ? { low: least, high: most, late, share: count/TRIED_STARTS } : null;
   }
 
+  /** Where starts stay, as far out as a share of them does; where all do at any distance, a range around their ends. */
   bounds() {
-    let everywhere = true, last = null;
-    for (let k = SIZES - 1; k >= 0; k--) {
-      const size = LEAST_SIZE*10**(k/PER_DECADE), found = this.range(-size, size, TOO_FAR*size);
-      everywhere &&= found?.share === 1;
-      if (everywhere) last = found;
-      if (everywhere || !(found?.share >= SOME_STAY)) continue;
-      if (last) break;
-      const room = ROOM*(found.high - found.low), again = this.range(found.low - room, found.high + room, TOO_FAR*size);
-      return [again.low, again.high];
-    }
-    return last ? aroundAttractor(last.late) : [-1, 1];
+    const sizes = Array.from({ length: SIZES }, (_, k) => LEAST_SIZE*10**(k/PER_DECADE)).reverse();
+    let at = 0, found = null;
+    for (; at < SIZES && !(found?.share >= SOME_STAY); at++) found = this.range(-sizes[at], sizes[at], TOO_FAR*sizes[at]);
+    if (!(found?.share >= SOME_STAY)) return [-1, 1];
+    if (--at === 0) return aroundAttractor(this.range(-1, 1, TOO_FAR*sizes[0]).late); // from the farthest of all
+    const { low, high } = found, room = ROOM*(high - low), again = this.range(low - room, high + room, TOO_FAR*sizes[at]);
+    return [again.low, again.high];
   }
 
   /** Which cells of a rectangle are in the domain: whole columns. */
