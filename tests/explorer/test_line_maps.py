@@ -98,7 +98,7 @@ def test_the_frame_holds_the_orbits_that_stay():
     assert high - low < 3 * np.ptp(orbit)
     for text in ("x1 = 2*x", "x1 = x + 1", "x1 = x", "x1 = x/2 + 3"):
         low, high, *_ = of(launched(fa.iterated_map(text), 0.1, 20), "surface")[0]["extent"]
-        assert -100 < low < high < 100
+        assert -1000 < low < high < 1000
 
 
 @needs_node
