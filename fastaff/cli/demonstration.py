@@ -303,12 +303,21 @@ def _draw_column(p: Portrait, axes: list, norm: Any, column: int) -> Any:
         label.set_fontsize(TICKS)
     titles = (r"section $p_\alpha=0$", r"all $p_\gamma$, at $p_\beta=0$", "frequencies")
     axes[0].annotate(
-        f"{p.name} body", (0, 1), (0, 26), "axes fraction", "offset points", fontsize=TYPE["axes.labelsize"], weight="bold"
+        f"{p.name} body",
+        (0, 1),
+        (0, 26),
+        "axes fraction",
+        "offset points",
+        fontsize=TYPE["axes.labelsize"],
+        weight="bold",
     )
     for k, ax in enumerate(axes):
         above = column == 0 and k == 2
         ax.set_title(
-            f"({'abcdef'[2 * k + column]}) {titles[k]}", fontsize=TYPE["axes.titlesize"], loc="left", pad=20 if above else 5
+            f"({'abcdef'[2 * k + column]}) {titles[k]}",
+            fontsize=TYPE["axes.titlesize"],
+            loc="left",
+            pad=20 if above else 5,
         )
         ax.tick_params(labelsize=TICKS)
         ax.xaxis.label.set_fontsize(TYPE["axes.labelsize"])

@@ -1,4 +1,4 @@
-"""The rotation number of a closed curve of any shape, as in curve.js: about its inside, not about the mean of its points."""
+"""The rotation number of a closed curve of any shape, as in curve.js: about its inside, not the mean of its points."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TRIED_HARMONICS = 4
 """Harmonics of the rotation number that a line may be."""
 
 CLOSED = 1.25
-"""Largest length of a curve's polygon over that of every second point: it is 1 on a curve, 2 for points over an area."""
+"""Largest length of a polygon over that of every second point: it is 1 on a curve, 2 for points over an area."""
 
 MOST_BACKWARDS = 0.03
 """Turns that images may go backwards: rounding alone on a curve seen from its inside, above a tenth for crescents."""
@@ -104,8 +104,10 @@ def _scaled(points: np.ndarray) -> np.ndarray:
 
 
 def _seen_from_mean(points: np.ndarray) -> bool:
-    """Tell whether the mean sees all of a closed curve around it: the angles leave no gap of half a turn, and their cyclic
-    order is that of their images, as on a circle. From off the inside, both sides of a crescent move against each other.
+    """Tell whether the mean sees all of a closed curve around it.
+
+    The angles leave no gap of half a turn then, and their cyclic order is that of their images, as on a circle. Seen
+    from a place off the inside, both sides of a crescent move against each other.
     """
     plane = _scaled(points)
     angle = np.arctan2(plane[1], plane[0])

@@ -328,8 +328,10 @@ def _flowing(system: System, section: Any, fixed: Any, **given: Any) -> dict[str
 
 
 def _trial_section(system: System, met: np.ndarray) -> str:
-    """Return the section that a trial orbit (rows, moments) crosses, as trial_section.js finds it: of the variables from
-    the last one on, the first whose middle value, or 0 if that is nearly 0, is crossed often enough.
+    """Return the section that a trial orbit (rows, moments) crosses, as trial_section.js finds it.
+
+    It is that of the first variable, from the last one on, whose middle value is crossed often enough. A middle value
+    near 0 is taken as 0.
     """
     names = system.names
     for name, values in zip(names[::-1], met[::-1], strict=True):

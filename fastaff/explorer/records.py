@@ -65,13 +65,12 @@ def _too_many(takes: str, system: System) -> Refused:
     """Return the refusal of a system with another number of coordinates than a page draws."""
     names = system.names[: system.moving]
     where = "t=0" if system.driven else f"{names[0]}=0"
-    return Refused(
-        f"model must {takes}, got {kind_of(system.model)} with {len(names)}. Try fa.poincare_map with section='{where}'."
-    )
+    kind = kind_of(system.model)
+    return Refused(f"model must {takes}, got {kind} with {len(names)}. Try fa.poincare_map with section='{where}'.")
 
 
 def _map_code(system: System) -> dict[str, Any]:
-    """Return a map as data: winds (2n,) is true for rows with a period; one variable has an idle row, always 0, beside."""
+    """Return a map as data: winds (2n,) is true for rows with a period; beside one variable is an idle row, always 0."""
     n = system.n
     own = ScriptPart(system.model, ())
     rows = [f"{stem}{i}" for stem in "qp" for i in range(n)][: system.rows]
@@ -90,7 +89,15 @@ def _map_code(system: System) -> dict[str, Any]:
         winds.append(False)
         for key in ("iterate", "tangent", "periods"):
             methods[key]["results"].append("0")
-    return {"kind": "map", "n": n, "line": line, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
+    return {
+        "kind": "map",
+        "n": n,
+        "line": line,
+        "parameters": names,
+        "angles": angles,
+        "winds": winds,
+        "methods": methods,
+    }
 
 
 class TurningFrameMethods:

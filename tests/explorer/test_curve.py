@@ -51,7 +51,8 @@ def test_what_is_no_curve_has_no_number_along_it():
 def test_the_page_finds_the_same():
     curves, turns = crescents(11, 120)
     page = compute(
-        f"{json.dumps([curve.T.ravel().tolist() for curve in curves])}.map((points) => curveRotation(points))", "curve.js"
+        f"{json.dumps([curve.T.ravel().tolist() for curve in curves])}.map((points) => curveRotation(points))",
+        "curve.js",
     )
     for curve, turn, other in zip(curves, turns, page, strict=True):
         own = curve_rotation(curve)

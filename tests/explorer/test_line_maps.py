@@ -27,7 +27,9 @@ def launched(model, x0, iterates):
     """What a page hears of one orbit of a map of one variable."""
     told = system_message(model)
     told["system"]["momenta"] = []
-    (heard,) = explored([(model_code(system_of(model)), [told, plane_of(model), launch_message(1, (x0, 0.5), iterates)])])
+    (heard,) = explored(
+        [(model_code(system_of(model)), [told, plane_of(model), launch_message(1, (x0, 0.5), iterates)])]
+    )
     assert not of(heard, "wrong"), heard
     return heard
 
@@ -110,7 +112,14 @@ def test_diagrams_are_the_packages():
     asked |= {"start": 0.3, "transient": 1000, "kept": 64}
     wrong = {**asked, "parameter": "K"}
     outside = {**asked, "range": [5.0, 9.0]}
-    (heard,) = explored([(model_code(system_of(LOGISTIC)), [told, plane_of(LOGISTIC), asked, wrong, outside, launch_message(1, (0.3, 0.3), 5)])])
+    (heard,) = explored(
+        [
+            (
+                model_code(system_of(LOGISTIC)),
+                [told, plane_of(LOGISTIC), asked, wrong, outside, launch_message(1, (0.3, 0.3), 5)],
+            )
+        ]
+    )
     found, nothing = of(heard, "bifurcations")
     assert "parameter must be one of r, got K" in of(heard, "wrong")[0]["message"]
     assert nothing["from"] is None
@@ -156,7 +165,7 @@ def test_a_notebook_has_no_page_of_one_variable():
     pytest.importorskip("anywidget")
     from fastaff.explorer.widget import ExplorerWidget
 
-    with pytest.raises(TypeError, match="must have two variables or more in a notebook's explorer. Use fa.explore"):
+    with pytest.raises(TypeError, match="must have two variables or more in a notebook's explorer"):
         ExplorerWidget(LOGISTIC)
 
 

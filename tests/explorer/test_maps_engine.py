@@ -498,7 +498,15 @@ def test_typed_maps_are_the_packages():
 def test_texts_that_are_no_maps_are_refused_by_both():
     """What the page refuses the package refuses, and the other way round."""
     texts = [
-        *("x1 = x", "x1 = r*x*(1 - x)", "x1 = y; y1 = x; z1 = x", "x + 1", "x1 = ; p1 = 2", "x1 = p1; p1 = x", "x1 = p; x1 = x; p1 = x"),
+        *(
+            "x1 = x",
+            "x1 = r*x*(1 - x)",
+            "x1 = y; y1 = x; z1 = x",
+            "x + 1",
+            "x1 = ; p1 = 2",
+            "x1 = p1; p1 = x",
+            "x1 = p; x1 = x; p1 = x",
+        ),
         *("x = p; p1 = x; x1 = p", "x1 = sin(p; p1 = x"),
     ]
     texts += [

@@ -26,7 +26,8 @@ PIXEL = """(() => {
 })()"""
 TABBED = """() => [...document.querySelectorAll('button, select, input, summary, textarea, [tabindex="0"]')]
   .filter((one) => one.offsetParent && !one.closest('dialog, .menu-list, .player, tbody'))
-  .map((one) => [Math.round((one.getBoundingClientRect().top + one.getBoundingClientRect().bottom) / 40), one.dataset.part ?? one.dataset.do])"""
+  .map((one) => [one.getBoundingClientRect(), one.dataset.part ?? one.dataset.do])
+  .map(([box, name]) => [Math.round((box.top + box.bottom) / 40), name])"""
 """Rows of forty pixels of the controls that Tab reaches, in its order."""
 HENON = "system=henon-heiles&crossings=60"
 HANGS = 300
