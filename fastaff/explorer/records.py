@@ -70,7 +70,7 @@ def _too_many(takes: str, system: System) -> Refused:
 
 
 def _map_code(system: System) -> dict[str, Any]:
-    """Return a map as data: winds (2n,) is true for rows with a period; beside one variable is an idle row, always 0."""
+    """Return a map as data: winds (2n,) is true for rows with a period; one variable has an idle row beside it."""
     n = system.n
     own = ScriptPart(system.model, ())
     rows = [f"{stem}{i}" for stem in "qp" for i in range(n)][: system.rows]
