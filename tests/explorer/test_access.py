@@ -199,7 +199,7 @@ def test_the_menu_and_what_is_wrong(browser, tmp_path):
     assert not page.evaluate(opened)
     page.locator("[data-do=help]").focus()
     page.keyboard.press("Tab")
-    assert page.evaluate(FOCUS) == "table"  # as they are seen, whatever the browser
+    assert page.evaluate(FOCUS) == "Orbits"  # the table: as they are seen, whatever the browser
     page.locator("[data-part=front]").focus()
     page.keyboard.press("Tab")
     assert page.evaluate(FOCUS) == "box"
