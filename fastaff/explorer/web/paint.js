@@ -8,7 +8,7 @@ export const PAINTS = [["classification", "classification"], ["orbit", "orbit"],
 
 const MEGNO_SPAN = [Math.log2(1.5), 4]; // 2 is regular; 16 and more has one colour
 
-const SETTLED = 1e-3; // turns; those of chaotic orbits that are not yet known as such change by more
+const SETTLED = 5e-3; // turns: errors of regular orbits after 100 crossings, by which most chaotic ones are known as such
 
 const VALUES = { // what the colour scale says of an orbit, NaN where it says nothing
   classification: (orbit) => (orbit.reading.classification === "regular" || isSettled(orbit) ? turnsOf(orbit) : NaN),
