@@ -491,10 +491,26 @@ def test_ctrl_c_keeps_finished_orbits(number, part, run, tmp_path):
     assert not list(tmp_path.glob(".*")), "no temporary file is left"
 
 
+def test_a_map_of_one_variable_has_no_section(tmp_path, capsys):
+    words = ["poincare", "--map", "x1 = r*x*(1 - x)", "--parameter", "r=3.7", "--out", str(tmp_path / "s")]
+    assert cli.main(words) == 2
+    said = capsys.readouterr().err
+    assert "--map must have two variables or more for a section, got one. Try fastaff explore" in " ".join(said.split())
+    assert not list(tmp_path.iterdir())
+
+
 def test_demo(tmp_path, capsys, monkeypatch):
+    from matplotlib.text import Text
+
+    figures = []
+    draw = demo.draw
     monkeypatch.setattr(demo, "QUICK", demo.Size(orbits=6, crossings=6, cells=(6, 5), time=60.0))
+    monkeypatch.setattr(demo, "draw", lambda *portraits: figures.append(draw(*portraits)) or figures[-1])
     assert cli.main(["demo", "--quick", "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
+    (figure,) = figures
+    sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
+    assert min(sizes) / 72 * 390 / figure.get_figwidth() > 7.5  # pixels on a telephone
     assert "crossings/s" in out
     names = sorted(p.name for p in tmp_path.iterdir())
     assert len(names) == 5

@@ -101,6 +101,24 @@ def test_python_of_readme_runs(capsys, tmp_path, monkeypatch):
     sys.modules["matplotlib.pyplot"].close("all")
 
 
+def test_readme_has_pictures_for_dark_pages():
+    """Each has both versions, the dark one made of the other; the site has the first, which its style sheet inverts."""
+    from matplotlib.image import imread
+
+    text = (ROOT / "README.md").read_text()
+    pictures = re.findall(r'<picture><source media="[^"]*dark\)" srcset="([^"]*)"><img alt="[^"]+" src="([^"]*)"', text)
+    assert len(pictures) == text.count("<picture>") == 2
+    sys.path.insert(0, str(DOCS / "figures"))
+    darkened = import_module("dark").darkened
+    for dark, light in pictures:
+        np.testing.assert_allclose(imread(ROOT / dark)[..., :3], darkened(imread(ROOT / light))[..., :3], atol=1 / 255)
+    pages = {ROOT / "README.md": DOCS / "index.md"}
+    found = import_module("included").relinked(text, ROOT / "README.md", DOCS / "index.md", pages)
+    assert "<picture>" not in found
+    for _, light in pictures:
+        assert re.search(rf"!\[[^]]+\]\([^)]*{Path(light).name}\)", found)
+
+
 def test_readme_is_one_screenful_of_facts():
     """A reader sees all of it in five minutes: at most 120 lines, and at most 8 measured rows beside other programs."""
     lines = (ROOT / "README.md").read_text().splitlines()
