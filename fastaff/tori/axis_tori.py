@@ -47,10 +47,10 @@ def axis_angles(angles: Any, system: System, z: np.ndarray) -> bool:
     """
     if angles is None:
         return False
-    names = angle_names(angles, system.n if isinstance(angles, str) else 0)
-    said = repr(" ".join(names))
     if system.iterated or system.driven or system.planar:
-        raise ValueError(f"angles must be left out for {kind_of(system.model)}, got {said}.")
+        raise ValueError(f"angles must be left out for {kind_of(system.model)}, got {shown(angles)}.")
+    names = angle_names(angles, system.n)
+    said = repr(" ".join(names))
     if sorted(system.names) == sorted(names):
         return False
     if not symmetric(system, z):

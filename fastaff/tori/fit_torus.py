@@ -117,8 +117,9 @@ def fit_torus(
       Orbits with these lines, and runs below eight periods, can be ``UNDECIDED``.
     - ``IRREGULAR``: the prediction fails, and `MEGNO` and `SALI` find chaos over the same time. Chaos with an effect
       below `tolerance` is not detected. Flows without ``tangent_force`` are not tested for chaos.
-    - Exact relations k . nu = 0 with ``|k_i| <= 8`` lower the dimension.
-    - Cost: 0.1 to 3 s per orbit.
+    - Exact relations k . nu = 0 with ``|k_i| <= 8`` lower the dimension. With `angles`, only those of R and z do, and
+      in a spherical potential none.
+    - Cost: 0.1 to 3 s per orbit, 20 s for a thousand terms and more.
 
     References
     ----------
