@@ -175,9 +175,7 @@ class OrbitalPlane:
 
 
 def orbital_plane(z: np.ndarray) -> OrbitalPlane | None:
-    """Return the plane of the states z (2n, samples) of an orbit in space, None for one that is in the plane z = 0 or in
-    none.
-    """
+    """Return the plane of the states z (2n, samples) of an orbit in space, None for the plane z = 0 and without a plane."""
     if len(z) != 6:
         return None
     momentum = np.cross(z[:3], z[3:], axis=0)

@@ -211,7 +211,7 @@ def _fit_series(
 
 
 def _terms(start: TorusSignals, series: Series, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the series of phase points: its terms k and coefficients z (2n, terms), about the centre of the signals."""
+    """Return the series of phase points: its terms k and coefficients z (2n, terms), about the signals' centre."""
     zero = np.zeros((1, R.shape[1]), int)
     carriers = np.vstack([R[start.rank :], zero])
     k = np.concatenate([zero, *[carriers[c] + series.k @ R[: start.rank] for c in start.carrier]])
@@ -356,7 +356,7 @@ def as_undecided(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> T
         classification=classification,
         nu_error=none,
         J_error=np.full_like(found.nu_error, np.inf),
-        evidence=MappingProxyType({**found.evidence, **evidence})
+        evidence=MappingProxyType({**found.evidence, **evidence}),
     )
 
 

@@ -279,9 +279,7 @@ def _moving_loops(
     return np.array(loops).reshape(-1, count), moving
 
 
-def _lattice(
-    t: np.ndarray, loops: np.ndarray, names: list[str], rank: int
-) -> tuple[np.ndarray, tuple[str, ...], int]:
+def _lattice(t: np.ndarray, loops: np.ndarray, names: list[str], rank: int) -> tuple[np.ndarray, tuple[str, ...], int]:
     """Return a basis of at most `rank` frequencies of loops with names, and the number of lines it does not explain.
 
     They are the dominant lines of the natural signals where these can be part of a basis, then the stronger ones; all

@@ -25,9 +25,7 @@ def test_saddle_and_oscillator():
 def test_driven_duffing_oscillator():
     tau, a, w = 6.0, 0.1, 1.0
     z0 = np.random.default_rng(3).uniform(-1, 1, (2, 4))
-    equations = (
-        "x' = s*p; p' = s*(x - x**3 + a*cos(phi)); phi' = s*w; M' = sqrt(p**2 + (x - x**3 + a*cos(phi))**2)"
-    )
+    equations = "x' = s*p; p' = s*(x - x**3 + a*cos(phi)); phi' = s*w; M' = sqrt(p**2 + (x - x**3 + a*cos(phi))**2)"
     found = descriptor(equations, np.vstack([z0, np.zeros((2, 4))]), tau, a=a, w=w)
 
     def rates(t, z):

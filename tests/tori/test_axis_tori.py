@@ -43,8 +43,8 @@ def kuzmin_kutuzov(z, a, c, nodes=100):
 
         2 (t + alpha)(t + gamma) p_t^2 = E t + sqrt(t) + L_z^2 (alpha - gamma)/(2 (t + alpha)) + K,
 
-    alpha = -a^2, gamma = -c^2, in both prolate spheroidal coordinates t (Dejonghe & de Zeeuw 1988, ApJ 333, 90), and its
-    frequencies dE/dJ.
+    alpha = -a^2, gamma = -c^2, in both prolate spheroidal coordinates t (Dejonghe & de Zeeuw 1988, ApJ 333, 90), and
+    its frequencies dE/dJ.
     """
     alpha, gamma = -a * a, -c * c
     square = z[0] ** 2 + z[1] ** 2
@@ -114,9 +114,7 @@ def test_isochrone(kind):
     M, b = random.uniform(0.5, 2), random.uniform(0.2, 1)
     z = draw(random, kind, lambda r: np.sqrt(M / np.hypot(b, r)) * r / (b + np.hypot(b, r)))
     J, nu = isochrone(z, M, b)
-    fit = fa.fit_torus(
-        fa.hamiltonian(ISOCHRONE, coordinates="x y z", M=M, b=b), z, time=150 / nu[1], angles="R z phi"
-    )
+    fit = fa.fit_torus(fa.hamiltonian(ISOCHRONE, coordinates="x y z", M=M, b=b), z, time=150 / nu[1], angles="R z phi")
     check(fit, J, nu)
     np.testing.assert_allclose(fit.evaluate(fit.theta0), z, rtol=0, atol=1e-9)
     assert np.sign(fit.J[2]) == (-1 if kind == "retrograde" else 1)
