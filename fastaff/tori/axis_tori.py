@@ -175,7 +175,7 @@ class OrbitalPlane:
 
 
 def orbital_plane(z: np.ndarray) -> OrbitalPlane | None:
-    """Return the plane of the states z (2n, samples) of an orbit in space, None for the plane z = 0 and without a plane."""
+    """Return the plane of the states z (2n, samples) of an orbit in space; None for z = 0, and for no plane."""
     if len(z) != 6:
         return None
     momentum = np.cross(z[:3], z[3:], axis=0)
