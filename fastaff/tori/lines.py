@@ -240,7 +240,7 @@ def axis_signals(t: np.ndarray, z: np.ndarray) -> TorusSignals:
         rows=about.rows(n),
         carrier=np.array([0, 0, *[-1] * (n - 1)]),
         rank=len(librations),
-        nu=np.append(librations, _turning(*values[:2], t[1] - t[0], librations)),
+        nu=np.append(librations, _turning(values[0], values[1], t[1] - t[0], librations)),
         names=(*names, "phi"),
         unknown=unknown,
         winding=np.zeros((2 * n, len(librations) + 1)),
