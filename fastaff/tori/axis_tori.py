@@ -22,6 +22,12 @@ from .torus import TorusFit, classified, residual
 AZIMUTHS = (0.7, 1.3, 2.1, 2.9, 3.6, 4.7, 5.9)
 """Angles, in radians, by which initial conditions are rotated for a comparison of forces."""
 
+OFFSETS = 9
+"""Values of an angle at which the cycles of another one are followed."""
+
+LEAST_POINTS = 128
+"""Least number of points of a cycle."""
+
 EQUAL = 1e-9
 """Relative difference of vectors that counts as rounding and integration errors."""
 
@@ -172,6 +178,41 @@ class OrbitalPlane:
             evidence=MappingProxyType({**flat.evidence, "residual": left}),
             model=system.model,
         )
+
+
+def cycle_windings(fit: TorusFit) -> np.ndarray:
+    """Return how often the cycles of the first two angles of a torus in space go around the middle of the loops in R^2
+    and in z: (2 cycles, 2 loops), the median over OFFSETS values of the other angle.
+    """
+    windings = np.zeros((2, 2), int)
+    for cycle in (0, 1):
+        count = max(LEAST_POINTS, 16 * int(np.abs(fit.k[:, cycle]).max(initial=0)))
+        theta = np.zeros((3, OFFSETS, count))
+        theta[cycle] = np.arange(count) / count
+        theta[1 - cycle] = np.arange(OFFSETS)[:, None] / OFFSETS
+        x, y, z, p_x, p_y, p_z = fit.evaluate(theta)
+        for loop, (q, p) in enumerate(((x * x + y * y, x * p_x + y * p_y), (z, p_z))):
+            q = q - (q.max() + q.min()) / 2
+            around = q - 1j * np.ptp(q) / (np.ptp(p) or 1.0) * p
+            turns = np.angle(np.roll(around, -1, axis=1) * around.conj()).sum(axis=1) / (2 * np.pi)
+            windings[cycle, loop] = round(float(np.median(turns)))
+    return windings
+
+
+def with_own_cycles(fit: TorusFit) -> TorusFit:
+    """Return a torus in space in the basis whose cycles go once around in R and in z; without the names R and z if it
+    has none, because the orbit is trapped in a resonance of R and z.
+    """
+    if fit.names != ("R", "z", "phi") or not np.isfinite(fit.coefficients).all():
+        return fit
+    windings = cycle_windings(fit)
+    if np.array_equal(windings, np.eye(2, dtype=int)):
+        return fit
+    if abs(int(round(np.linalg.det(windings)))) != 1:
+        return replace(fit, names=("theta 1", "theta 2", "phi"))
+    basis = np.eye(3, dtype=int)
+    basis[:2, :2] = windings.T
+    return replace(fit.in_basis(basis), names=fit.names)
 
 
 def orbital_plane(z: np.ndarray) -> OrbitalPlane | None:

@@ -29,7 +29,7 @@ from ..runs.schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, sche
 from ..runs.starts import starts_of
 from ..systems.models.contracts import Dynamics
 from ..systems.models.mechanics import System
-from .axis_tori import angle_names, axis_angles, check_momentum, momentum_drift, orbital_plane
+from .axis_tori import angle_names, axis_angles, check_momentum, momentum_drift, orbital_plane, with_own_cycles
 from .lines import TorusSignals, axis_signals, signals
 from .orbit_samples import OrbitSamples, samples_of_flow, samples_of_turns
 from .series import LARGEST_ORDER, STEPS, Series, actions, canonical, errors, evaluate, fit, grow, window
@@ -78,7 +78,8 @@ def fit_torus(
         prediction takes half as long in addition.
     angles : str, optional
         ``"R z phi"`` for rows x, y, z and velocities, or ``"R phi"`` for x, y: angles about the z axis, about which the
-        model must be symmetric. ``J / (2 * np.pi)`` is then J_R, J_z, L_z. Default: angles of the coordinates.
+        model must be symmetric. ``J / (2 * np.pi)`` is then J_R, J_z, L_z. An orbit that a resonance of R and z has
+        trapped has the names theta 1 and theta 2 instead. Default: angles of the coordinates.
     tolerance : float, default 1e-6
         Largest residual and largest prediction error of a fit that counts as a torus. Both are relative.
     step : float, optional
@@ -317,7 +318,7 @@ def axis_fitted(system: System, orbit: OrbitSamples, passes: Passes) -> TorusFit
     """Fit the torus of an orbit about the z axis, in the orbit's plane if it has one."""
     plane = orbital_plane(orbit.path)
     if plane is None:
-        found = fitted(system, orbit, passes, axis_signals)
+        found = with_own_cycles(fitted(system, orbit, passes, axis_signals))
     else:
         finer = None if orbit.finer is None else plane.inside(orbit.finer)
         inside = orbit._replace(path=plane.inside(orbit.path), finer=finer)

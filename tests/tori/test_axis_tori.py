@@ -1,11 +1,14 @@
 """Actions and angles about an axis, R, z, phi, against closed forms and quadratures."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import fastaff as fa
 from fastaff import Classification
+from fastaff.tori.axis_tori import with_own_cycles
 
 TURN = 2 * np.pi
 ISOCHRONE = "-M/(b + sqrt(b**2 + x**2 + y**2 + z**2))"
@@ -144,6 +147,13 @@ def test_staeckel_potential():
         check(fit, J, nu, rounding=1e-11)
         np.testing.assert_allclose(fit.evaluate(fit.theta0), z, rtol=0, atol=1e-8)
         assert list(fit.maslov) == [2, 2, 0]
+    sheared = fit.in_basis([[1, 1, 0], [0, 1, 0], [0, 0, 1]])
+    again = with_own_cycles(dataclasses.replace(sheared, names=fit.names))
+    np.testing.assert_allclose(again.J, fit.J, rtol=1e-13)
+    np.testing.assert_allclose(again.nu, fit.nu, rtol=1e-13)
+    trapped = fit.coefficients.copy()
+    trapped[[2, 5]] = (fit.k == [1, 0, 0]).all(axis=1) * np.array([[1.0], [1j]])  # z goes around with R
+    assert with_own_cycles(dataclasses.replace(fit, coefficients=trapped)).names == ("theta 1", "theta 2", "phi")
 
 
 def test_planes_and_circles():
