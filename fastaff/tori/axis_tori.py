@@ -208,7 +208,7 @@ def with_own_cycles(fit: TorusFit) -> TorusFit:
     windings = cycle_windings(fit)
     if np.array_equal(windings, np.eye(2, dtype=int)):
         return fit
-    if abs(int(round(np.linalg.det(windings)))) != 1:
+    if abs(round(np.linalg.det(windings))) != 1:
         return replace(fit, names=("theta 1", "theta 2", "phi"))
     basis = np.eye(3, dtype=int)
     basis[:2, :2] = windings.T
