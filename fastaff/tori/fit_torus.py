@@ -222,7 +222,7 @@ def _terms(start: TorusSignals, series: Series, R: np.ndarray) -> tuple[np.ndarr
 
 def _action_errors(system: System, found: _Fitted, R: np.ndarray, drift: float) -> np.ndarray:
     """Return the error estimates (d,) of the actions, as those of the frequencies: from the series of two parts of the
-    window and of half the step size.
+    window and of half the step size; drift: relative errors of the energy and of the predicted states.
     """
     start = found.signals
     winding = start.winding @ R
@@ -297,7 +297,7 @@ def fitted(
         nu=nu / orbit.pieces,
         nu_error=np.abs(C) @ error / orbit.pieces,
         J=area(system, k, z, wound),
-        J_error=_action_errors(system, found, R, 2 * orbit.evidence["energy error"]),
+        J_error=_action_errors(system, found, R, 2 * orbit.evidence["energy error"] + prediction),
         theta0=theta0,
         k=k,
         coefficients=z,

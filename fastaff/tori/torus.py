@@ -75,7 +75,7 @@ class TorusFit(Result, axis=None):
         Actions, the integrals of p dq over the cycles. For a map, the positive area within the curve of a libration, or
         the area under the curve of an angle that rotates. For islands, the action of one of them.
     J_error : ndarray, shape (d,)
-        Errors of J, as those of nu. inf if there is no torus.
+        Errors of J, as those of nu, and the prediction error. inf if there is no torus.
     theta0 : ndarray, shape (d,)
         Angles of z0 in cycles, so that z(t) = evaluate(theta0 + nu t). At theta = 0 the largest coefficients that form
         a basis are real and positive.
