@@ -544,16 +544,29 @@ class _Search:
             return None
         spectrum = chaos.spectrum[:, 0]
         error = chaos.spectrum_error[:, 0]
-        if self.motion.phase:  # two of the exponents, 0, are of the drive
-            spectrum = np.sort(np.delete(spectrum, np.argsort(np.abs(spectrum))[:2]))[::-1]
+        for exponent in self._of_drive(one.states[-1]):
+            spectrum = np.delete(spectrum, np.argmin(np.abs(spectrum - exponent)))
         zero = np.maximum(error, WEAK / time)
-        if not spectrum.sum() < 0:
+        if not (spectrum.sum() < 0 or system.iterated):  # of a map that is not invertible volumes may grow
             return None
         chaotic = bool(spectrum[0] > zero[0])
         neutral = 0 if self.motion.stepwise else 1
         if not chaotic and spectrum[neutral] < -zero[0]:
             return None
         return _Set(one, float(spectrum[0]), float(error[0]), chaotic)
+
+    def _of_drive(self, z: np.ndarray) -> list[float]:
+        """Return the exponents of the rows of a drive, over a period from a state (rows,)."""
+        rows = [*self.motion.phase]
+        if not rows:
+            return []
+        if self.motion.system.driven:
+            return [0.0, 0.0]
+        interval = self.motion.interval
+        motion = self.motion.of(_one_step(self.motion.flow))
+        matrix = motion.after(z[:, None], np.array([interval]))[1][0]
+        with np.errstate(all="ignore"):
+            return [float(np.log(np.abs(value)) / interval) for value in np.linalg.eigvals(matrix[np.ix_(rows, rows)])]
 
     def _assign(self, rest: np.ndarray) -> None:
         """Label orbits whose last states are in the cells of one set alone."""
