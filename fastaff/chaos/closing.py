@@ -257,7 +257,7 @@ def _attracting(
         period=0.0 if rests else time,
         intervals=max(1, intervals) if motion.stepwise else 0,
         exponent=exponent,
-        exponent_error=exponent_error + abs(exponent) * delay / time,
+        exponent_error=exponent_error + (abs(exponent) * delay / time if delay > 0 else 0.0),
         tube=Tube(points, radius, free),
     )
 
@@ -323,7 +323,6 @@ def _errors(motion: Motion, z: np.ndarray, time: float, rho: float, free: bool) 
     if free:
         values = np.delete(values, int(np.argmin(np.abs(values - 1))))
     finer = float(np.abs(values).max(initial=0.0))
-    with np.errstate(all="ignore"):
-        exponent = float(np.log(rho) / time)
-        change = abs(float(np.log(finer) / time) - exponent) if finer > 0 and rho > 0 else 0.0
-    return error, SAFETY * abs(float(delay[0])), exponent, SAFETY * change + SAFETY * ROUNDING * (1.0 + lost) / time
+    change = SAFETY * (abs(finer - rho) + ROUNDING * (1.0 + float(np.linalg.norm(fine[0]))))
+    exponent = math.log(rho) / time if rho > 0 else -math.inf
+    return error, SAFETY * abs(float(delay[0])), exponent, change / rho / time if rho > 0 else math.inf
