@@ -26,7 +26,7 @@ from ..systems.models.mechanics import System
 from .chaos_map import chaos_map
 from .closing import Candidates, Closed, closed_orbits
 from .indicators import LyapunovSpectrum
-from .recurrence import Frame, Recurrent, known, recurrent_sets
+from .recurrence import Frame, Recurrent, known, recurrent_sets, settled_in
 from .settling import Motion, Trapped
 from .shares import Shares
 
@@ -70,9 +70,6 @@ STAYERS = 32
 
 BATCH = 2**18
 """Orbits that are run at once."""
-
-BUDGET = 2**23
-"""Numbers of states in memory at once."""
 
 OF_STARTS = 0.1
 """Least unit of a row, in extents of the initial conditions."""
@@ -570,12 +567,12 @@ class _Search:
 
     def _assign(self, rest: np.ndarray) -> None:
         """Label orbits whose last states are in the cells of one set alone."""
-        together = max(1, BUDGET // (self.window * len(self.z0)))
-        for first in range(0, rest.size, together):
-            some = rest[first : first + together]
-            states, status = self._of(some).window(self.end[:, some], self.window)
-            taken = np.array([one.cells.takes(self.motion, self.frame, states) for one in self.sets])  # type: ignore
-            single = (taken.sum(axis=0) == 1) & (status == Status.OK)
+        assert self.frame is not None
+        cells = [one.cells for one in self.sets]
+        for first in range(0, rest.size, BATCH):
+            some = rest[first : first + BATCH]
+            taken = settled_in(self._of(some), self.frame, cells, self.end[:, some], self.window, None)
+            single = taken.sum(axis=0) == 1
             self.set_label[some[single]] = taken[:, single].argmax(axis=0)
 
     def result(self, time: float, step: Any, *, unfinished: bool) -> Basins:

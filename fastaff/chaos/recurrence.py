@@ -6,10 +6,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.numbers import Callback
+from ..core.status import Status
+from ..runs.observers import Observer
+from .kernels.visits import FACTOR, MASK, TABLE, visits
 from .settling import Motion
 
 CELLS = (64, 32, 16, 8)
@@ -47,15 +51,15 @@ class Frame:
         return cls(low, np.where(size > 1e-9 * motion.scale[motion.kept], size, np.inf))
 
     def cells(self, motion: Motion, states: np.ndarray, number: int) -> np.ndarray:
-        """Return the numbers of the cells (states, orbits) of states (states, rows, orbits)."""
+        """Return the numbers of the cells (states, orbits) of states (states, rows, orbits), as `visits` has them."""
         rows = motion.wrapped(states.transpose(1, 0, 2))[motion.kept]
-        with np.errstate(all="ignore"):
-            at = np.floor((rows - self.low[:, None, None]) / self.size[:, None, None] * number)
-        at = np.clip(np.where(np.isfinite(at), at, -(2.0**31)), -(2.0**31), 2.0**31).astype(np.int64)
-        key = np.zeros(at.shape[1:], np.int64)
-        with np.errstate(over="ignore"):
-            for row in at:  # the factor is odd: numbers of cells within the box differ up to some dozen rows
-                key = key * np.int64(1000003) + row
+        key = np.zeros(rows.shape[1:], np.int64)
+        for row, low, size in zip(rows, self.low, self.size, strict=True):
+            if np.isfinite(size):
+                with np.errstate(all="ignore"):
+                    at = np.floor((row - low) * (1 / size) * number) + 1.0
+                at = np.clip(np.where(np.isnan(at), 0.0, at), 0.0, number + 1.0)
+                key = (key * FACTOR + at.astype(np.int64)) & MASK
         return key
 
 
@@ -74,13 +78,53 @@ class Recurrent:
         """Return the shares (orbits,) of states (states, rows, orbits) that are in its cells."""
         return np.isin(frame.cells(motion, states, self.number), self.cells).mean(axis=0)
 
-    def takes(self, motion: Motion, frame: Frame, states: np.ndarray) -> np.ndarray:
-        """Return a mask (orbits,) of the windows (states, rows, orbits) that look like its own."""
+    def usual(self, found: np.ndarray) -> np.ndarray:
+        """Return a mask (orbits,) of the means and spreads (2 kept, orbits) that windows on it have."""
         low, high = self.ranges
         spare = TYPICAL * (high - low)
-        found = moments(motion, states)
-        usual = ((found >= (low - spare)[:, None]) & (found <= (high + spare)[:, None])).all(axis=0)
-        return usual & (self.holds(motion, frame, states) >= COMMON)
+        return ((found >= (low - spare)[:, None]) & (found <= (high + spare)[:, None])).all(axis=0)
+
+
+class _VisitValue(NamedTuple):
+    rows: float
+    sets: float
+
+
+def settled_in(
+    motion: Motion, frame: Frame, sets: list[Recurrent], z: np.ndarray, window: int, callback: Callback | None
+) -> np.ndarray:
+    """Return a mask (sets, orbits) of the orbits from z (rows, orbits) whose next states are in the cells of a set, and
+    usual there.
+    """
+    rows, orbits = z.shape
+    places: Any = {int(row): k for k, row in enumerate(motion.kept)}
+    table = np.zeros((TABLE.sets + len(sets) + 1, max(rows, 3, sum(one.cells.size for one in sets))))
+    for row, k in places.items():
+        table[TABLE.low, row] = frame.low[k]
+        table[TABLE.inverse, row] = 1 / frame.size[k]
+    table[TABLE.period, :rows] = motion.periods
+    first = 0
+    for s, one in enumerate(sets):
+        table[TABLE.sets + s, :3] = one.number, first, one.cells.size
+        table[-1, first : first + one.cells.size] = one.cells
+        first += one.cells.size
+    observer = Observer(visits, len(sets) + 2 * rows, _VisitValue(float(rows), float(len(sets))))
+    flow, ensemble = motion.begun(z)
+    memory = np.zeros((observer.rows, orbits))
+    time = window * motion.interval
+    flow.advance(ensemble, observer, memory, table, time=time, observations=window, callback=callback)
+    sums = memory[len(sets) :].reshape(rows, 2, orbits) / window
+    found = []
+    for row, k in places.items():
+        mean, square = sums[row]
+        if motion.periods[row] > 0:
+            found += [mean, square]
+        else:
+            middle = table[TABLE.low, row] + (0.5 * frame.size[k] if np.isfinite(frame.size[k]) else 0.0)
+            found += [mean + middle, np.sqrt(np.maximum(square - mean**2, 0.0))]
+    states = np.array(found)
+    going = ensemble.status == Status.OK
+    return np.array([going & (memory[s] >= COMMON * window) & one.usual(states) for s, one in enumerate(sets)])
 
 
 def moments(motion: Motion, states: np.ndarray) -> np.ndarray:
