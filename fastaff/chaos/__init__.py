@@ -1,5 +1,6 @@
 """Chaos indicators, maps of classifications, chaotic fractions."""
 
+from .basins import AttractorKind, Basins
 from .chaos_map import ChaosMap
 from .chaotic_fraction import ChaoticFraction
 from .own_indicator import TangentIndicator
@@ -7,6 +8,8 @@ from .parameter_diagrams import BifurcationDiagram, bifurcation_diagram
 from .shares import Shares
 
 __all__ = [
+    "AttractorKind",
+    "Basins",
     "BifurcationDiagram",
     "ChaosMap",
     "ChaoticFraction",

@@ -18,7 +18,7 @@ from ..results.result import Result, along
 from ..runs.options import Options, Problem
 from ..runs.requirements import checked_tangent_system
 from ..runs.scales import typical_rate
-from ..runs.schemes.catalogue import Scheme, scheme_of
+from ..runs.schemes.catalogue import DOP853, Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..systems.formulas.forced import PHASE
 from ..systems.models.contracts import Dynamics
@@ -277,8 +277,11 @@ def basins(
     time : float
         Longest run of an orbit, in units of time; for a map the number of iterates. Orbits that have not settled by
         then are undecided.
-    {step}
-    {tangent_scheme}
+    step : float or array_like, shape (orbits,), optional
+        Fixed step size, in units of time. For an adaptive method it is the first step.
+    scheme : Scheme or str, optional
+        Integration method or its name, for example ``"VERNER9"``. Default: DOP853; with a step KAHAN_LI8, or GAUSS16
+        for nonseparable Hamiltonians.
     rtol : float, default 1e-9
         Relative tolerance of an adaptive method.
     atol : float, default 1e-9
@@ -323,9 +326,11 @@ def basins(
     >>> found.attractor_names, found.points[0, 0].round(6)
     (('fixed point (1)', 'fixed point (2)'), array([-1.,  1.]))
     """
+    system = checked_tangent_system(model)
+    if scheme is None and step is None and not system.iterated:
+        scheme = DOP853
     problem = Problem(model, z0, Options(scheme, step, rtol=rtol, atol=atol, threads=threads, callback=callback))
     length = problem.iterates("time", time)
-    system = checked_tangent_system(model)
     if system.symplectic or system.conserves:
         raise TypeError(f"{titled('model', model)} must lose volume of its state space, got a conservative system. "
                         "Use chaos_map.")  # fmt: skip

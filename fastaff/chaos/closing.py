@@ -60,6 +60,9 @@ DIRECTIONS = 4
 PLACES = 4
 """Places of a closed curve where neighbours are tried."""
 
+PARTS = 32
+"""Largest number of turns in a return of a cycle."""
+
 CURVE = 256
 """Points of a closed curve."""
 
@@ -225,7 +228,9 @@ def _attracting(
             intervals = int(back[0]) + 1
             time = intervals * motion.interval
             own = _step(motion, Candidates(z[:, None], np.array([time]), False), z[:, None], np.array([time]))[2][0]
-    elif not motion.stepwise and not free and not rests:
+    elif free:
+        time, own = _minimal(motion, z, time, own)
+    elif not motion.stepwise and not rests:
         return None  # a cycle whose period is the interval
     values, vectors = np.linalg.eig(own)
     across = values.copy()
@@ -260,6 +265,18 @@ def _attracting(
         exponent_error=exponent_error + (abs(exponent) * delay / time if delay > 0 else 0.0),
         tube=Tube(points, radius, free),
     )
+
+
+def _minimal(motion: Motion, z: np.ndarray, time: float, own: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the minimal period of a cycle of dz/dt = f(z), and the derivative over it in units of the rows."""
+    parts = np.arange(2, PARTS + 1)
+    end, matrix = motion.after(np.repeat(z[:, None], parts.size, axis=1), time / parts)
+    back = np.flatnonzero(motion.apart(end, z[:, None]) < SAME)
+    if not back.size:
+        return time, own
+    scale = motion.scale[motion.kept]
+    least = matrix[back[-1]][np.ix_(motion.kept, motion.kept)] * scale / scale[:, None]
+    return time / int(parts[back[-1]]), least
 
 
 def _path(motion: Motion, z: np.ndarray, time: float, intervals: int, free: bool) -> np.ndarray | None:

@@ -28,6 +28,9 @@ COMMON = 0.9
 TOUCHING = 0.5
 """Least share of states in cells of an attractor of an orbit that was there for some time."""
 
+KEPT = 4096
+"""States on a set that are kept."""
+
 TYPICAL = 0.25
 """Part of the range of a mean or a spread over windows of an attractor by which one may lie beyond it."""
 
@@ -182,7 +185,7 @@ def recurrent_sets(
         parts = len(states) // window
         windows = states[: parts * window][:, :, group].reshape(parts, window, states.shape[1], len(group))
         seen = moments(motion, windows.transpose(1, 2, 0, 3).reshape(window, states.shape[1], -1))
-        one = Recurrent(number, cells, np.array([seen.min(axis=1), seen.max(axis=1)]), states[-window:, :, group[0]])
+        one = Recurrent(number, cells, np.array([seen.min(axis=1), seen.max(axis=1)]), states[-KEPT:, :, group[0]])
         if not (others.size and (one.holds(motion, frame, early[:, :, others]) >= TOUCHING).any()):
             found.append(one)
     return frame, found
