@@ -80,6 +80,12 @@ FAR = 1e6
 SUGGESTED = 4.0
 """Factor of the suggested time over the time of the run."""
 
+FEW = 32
+"""Least number of cells of a quasi-periodic set: a cycle that orbits come to slowly has fewer."""
+
+STEADY = 0.01
+"""Largest relative change of the ranges of a quasi-periodic set between halves of a run."""
+
 WEAK = 3.0
 """Growth of deviation vectors over the run, as a logarithm, that an orbit without chaos may show."""
 
@@ -553,9 +559,16 @@ class _Search:
             return None
         chaotic = bool(spectrum[0] > zero[0])
         neutral = 0 if self.motion.stepwise else 1
-        if not chaotic and spectrum[neutral] < -zero[0]:
+        if not chaotic and (spectrum[neutral] < -zero[0] or one.cells.size < FEW or self._shrinks(one.states)):
             return None
         return _Set(one, float(spectrum[0]), float(error[0]), chaotic)
+
+    def _shrinks(self, states: np.ndarray) -> bool:
+        """Return whether states (states, rows) still change their range, as in slow convergence to a smaller set."""
+        kept = states[:, self.motion.kept]
+        first, second = (np.ptp(half, axis=0) for half in np.array_split(kept, 2))
+        turns = self.motion.periods[self.motion.kept] > 0
+        return bool((np.abs(first - second) > STEADY * np.maximum(first, second))[~turns].any())
 
     def _of_drive(self, z: np.ndarray) -> list[float]:
         """Return the exponents of the rows of a drive, over a period from a state (rows,)."""
