@@ -683,4 +683,4 @@ def _returns(motion: Motion, states: np.ndarray, most: int, interval: float, fre
     good = np.take_along_axis(away, number, axis=0) < RETURNING
     good[-1] &= ~(number[-1] == nearest_ones).any(axis=0)
     orbit = np.broadcast_to(np.arange(away.shape[1]), number.shape)[good]
-    return Candidates(states[0][:, orbit], (number[good] + 1.0) * interval, free)
+    return Candidates(motion.restarted(states[0][:, orbit]), (number[good] + 1.0) * interval, free)

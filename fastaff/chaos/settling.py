@@ -130,9 +130,9 @@ class Motion:
     def _ended(self, ensemble: Ensemble, record: np.ndarray) -> Trapped:
         tube = record[:, RECORD.attractor].astype(np.int64) - 1
         time = np.where(tube >= 0, record[:, RECORD.time], ensemble.time)
-        return Trapped(self._restarted(ensemble.z), tube, time, ensemble.status)
+        return Trapped(self.restarted(ensemble.z), tube, time, ensemble.status)
 
-    def _restarted(self, z: np.ndarray) -> np.ndarray:
+    def restarted(self, z: np.ndarray) -> np.ndarray:
         """Return states from which the same motion goes on: a drive begins at its phase again."""
         for row, value in self.phase.items():
             z[row, np.isfinite(z[row])] = value
