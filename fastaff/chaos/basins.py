@@ -601,7 +601,9 @@ class _Search:
         labels = np.where(self.set_label >= 0, len(self.closed) + self.set_label, labels)
         left = np.isin(self.status, [entry for entry in Status if entry.left])
         with np.errstate(all="ignore"):
-            away = np.abs(self.end[self.motion.kept]) / np.where(self.extent > 0, self.extent, 1.0)[self.motion.kept, None]
+            away = (
+                np.abs(self.end[self.motion.kept]) / np.where(self.extent > 0, self.extent, 1.0)[self.motion.kept, None]
+            )
         left |= (self.status == Status.STEP_TOO_SMALL) & (away.max(axis=0) > FAR)
         labels = np.where(left, ESCAPED, labels)
         status = self.status.copy()

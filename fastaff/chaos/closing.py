@@ -327,7 +327,9 @@ def _radius(
     return None
 
 
-def _errors(motion: Motion, z: np.ndarray, time: float, rho: float, free: bool) -> tuple[np.ndarray, float, float, float]:
+def _errors(
+    motion: Motion, z: np.ndarray, time: float, rho: float, free: bool
+) -> tuple[np.ndarray, float, float, float]:
     """Return the errors of the point (rows,) and of the period, the exponent and its error, by shorter steps."""
     given = Candidates(z[:, None], np.array([time]), free)
     scale = motion.scale[motion.kept]

@@ -1,7 +1,7 @@
 """Runs of many orbits towards attractors: looks at equal intervals, tubes that end orbits, returns with derivatives.
 
-An interval is an iterate of a map, a period of a drive, and about a radian of the motion of other systems. Distances are
-in units of the rows, `Motion.scale`; angles count modulo their periods, the time of a driven system not at all.
+An interval is an iterate of a map, a period of a drive, and about a radian of the motion of other systems. Distances
+are in units of the rows, `Motion.scale`; angles count modulo their periods, the time of a driven system not at all.
 """
 
 from __future__ import annotations
@@ -169,10 +169,10 @@ class Motion:
         return states, ensemble.status
 
     def after(self, z: np.ndarray, time: np.ndarray, finer: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return the states (rows, orbits) after times (orbits,), and the derivatives (orbits, rows, rows); NaN where an
-        orbit has ended.
+        """Return the states (rows, orbits) after times (orbits,), and the derivatives (orbits, rows, rows); NaN where
+        an orbit has ended.
         """
-        rows, orbits = z.shape
+        rows = len(z)
         flow, ensemble = self.begun(z, rows)
         if not self.system.iterated:
             flow = flow.finer() if finer else flow

@@ -110,7 +110,7 @@ def _scale_of_images(system: System, z: np.ndarray, threads: int) -> Scale:
     """Return the own units of orbits of a map that is not symplectic: half of the range of LOOKS iterates, or the
     distance from 0 if that is larger, half of the period of an angle, and the rate 1. Iterates may come to rest.
     """
-    rows, orbits = z.shape
+    orbits = z.shape[1]
     flow = Flow(system, ITERATION, 1.0, LOOSE, LOOSE, threads)
     path = flow.sampled(flow.ensemble(np.array(z, order="C")), LOOKS, time=float(LOOKS))
     size = _half_ranges(np.concatenate([z.T[:, None], path], axis=1))

@@ -148,7 +148,9 @@ def _attractor(ax: Any, basins: Basins, k: int, first: int, second: int, colour:
         closed = np.concatenate([states, states[:, :1]], axis=1)
         return ax.plot(closed[first], closed[second], color="white", lw=1.6, zorder=4, path_effects=_outlined())[0]
     ink = "black" if light(colour) else "white"
-    return ax.plot(states[first], states[second], ls="", marker="o", ms=1.1, mew=0, mfc=ink, zorder=4, rasterized=True)[0]
+    return ax.plot(states[first], states[second], ls="", marker="o", ms=1.1, mew=0, mfc=ink, zorder=4, rasterized=True)[
+        0
+    ]
 
 
 def _outlined() -> list[Any]:
