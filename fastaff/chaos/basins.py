@@ -343,8 +343,8 @@ def basins(
     plan = problem.suited().plan()
     motion, count = _motion(system, plan.flow, plan.z, length)
     with Passes(callback) as passes:
-        search = _Search(motion, plan.z, count, options=dict(scheme=plan.flow.scheme, rtol=rtol, atol=atol,
-                                                             threads=threads))  # fmt: skip
+        options = {"scheme": plan.flow.scheme, "rtol": rtol, "atol": atol, "threads": threads}
+        search = _Search(motion, plan.z, count, options=options)
         with partial_result_on_interrupt("basins", lambda: search.result(length, step, unfinished=True)):
             search.search(passes)
         return search.result(length, step, unfinished=False)

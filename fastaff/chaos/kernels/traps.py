@@ -28,7 +28,7 @@ ROWS = TrapRows()
 
 
 class TrapRecord(NamedTuple):
-    """Columns of an orbit's record: the number of its attractor from 1, 0 for none, and the time when it was trapped."""
+    """Columns of an orbit's record: the number of its attractor from 1, 0 for none, and the time of its entry."""
 
     attractor: int = 0
     time: int = 1
