@@ -26,7 +26,7 @@ from ..systems.models.mechanics import System
 from .chaos_map import chaos_map
 from .closing import Candidates, Closed, closed_orbits
 from .indicators import LyapunovSpectrum
-from .recurrence import Frame, Recurrent, known, recurrent_sets, settled_in
+from .recurrence import CellBox, Recurrent, known, recurrent_sets, settled_in
 from .settling import Motion, Trapped
 from .shares import Shares
 
@@ -418,7 +418,7 @@ class _Search:
     options: dict[str, Any]
     closed: list[Closed] = field(default_factory=list)
     sets: list[_Set] = field(default_factory=list)
-    frame: Frame | None = None
+    frame: CellBox | None = None
     extent: np.ndarray = field(init=False)
     end: np.ndarray = field(init=False)
     closed_label: np.ndarray = field(init=False)
@@ -615,7 +615,12 @@ class _Search:
         place = np.zeros(number, np.int64)
         place[order] = np.arange(order.size)
         labels[labels >= 0] = place[labels[labels >= 0]]
-        kinds, periods, points, errors, exponents, exponent_errors = ([], [], [], [], [], [])  # type: ignore
+        kinds: list[int] = []
+        periods: list[float] = []
+        points: list[np.ndarray] = []
+        errors: list[np.ndarray] = []
+        exponents: list[float] = []
+        exponent_errors: list[float] = []
         for k in order:
             if k < len(self.closed):
                 one = self.closed[k]

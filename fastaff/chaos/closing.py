@@ -316,11 +316,11 @@ def _radius(
         count = max(1, round(returns * time / motion.interval))
         end[:, inside] = motion.run(flat[:, inside], count, []).z
     away = nearest(motion, Tube(points, 0.0, curve), end)
-    kept = (away.reshape(-1, LEVELS) <= INSIDE * sizes).all(axis=0)
+    kept: np.ndarray = np.all(away.reshape(-1, LEVELS) <= INSIDE * sizes, axis=0)
     if curve:
         middle = points[:, 1::2]
         sag = float(nearest(motion, Tube(points[:, ::2], 0.0, True), middle).max()) / 4
-        kept &= sag < SAGGING * sizes
+        kept = kept & (sag < SAGGING * sizes)
     for level in range(LEVELS):
         if kept[level : level + 3].all():
             return float(sizes[level]) / 2

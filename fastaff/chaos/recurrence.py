@@ -36,14 +36,14 @@ TYPICAL = 0.25
 
 
 @dataclass(frozen=True)
-class Frame:
+class CellBox:
     """The box that is divided in cells: low ends and sizes of the rows that count (kept,)."""
 
     low: np.ndarray
     size: np.ndarray
 
     @classmethod
-    def of(cls, motion: Motion, states: np.ndarray) -> Frame:
+    def of(cls, motion: Motion, states: np.ndarray) -> CellBox:
         """Return the box of states (states, rows, orbits)."""
         rows = motion.wrapped(states.transpose(1, 0, 2))[motion.kept].reshape(len(motion.kept), -1)
         low = rows.min(axis=1)
@@ -77,7 +77,7 @@ class Recurrent:
     ranges: np.ndarray
     states: np.ndarray
 
-    def holds(self, motion: Motion, frame: Frame, states: np.ndarray) -> np.ndarray:
+    def holds(self, motion: Motion, frame: CellBox, states: np.ndarray) -> np.ndarray:
         """Return the shares (orbits,) of states (states, rows, orbits) that are in its cells."""
         return np.isin(frame.cells(motion, states, self.number), self.cells).mean(axis=0)
 
@@ -94,7 +94,7 @@ class _VisitValue(NamedTuple):
 
 
 def settled_in(
-    motion: Motion, frame: Frame, sets: list[Recurrent], z: np.ndarray, window: int, callback: Callback | None
+    motion: Motion, frame: CellBox, sets: list[Recurrent], z: np.ndarray, window: int, callback: Callback | None
 ) -> np.ndarray:
     """Return a mask (sets, orbits) of the orbits from z (rows, orbits) whose next states are in the cells of a set, and
     usual there.
@@ -145,8 +145,8 @@ def moments(motion: Motion, states: np.ndarray) -> np.ndarray:
 
 
 def recurrent_sets(
-    motion: Motion, frame: Frame | None, states: np.ndarray, window: int
-) -> tuple[Frame | None, list[Recurrent]]:
+    motion: Motion, frame: CellBox | None, states: np.ndarray, window: int
+) -> tuple[CellBox | None, list[Recurrent]]:
     """Return the box of cells and the sets that long runs, states (states, rows, orbits), visit again and again.
 
     A set that another of these orbits has left again is transient, and none.
@@ -155,7 +155,7 @@ def recurrent_sets(
     fine = np.isfinite(states).all(axis=(0, 1))
     numbers = np.zeros(states.shape[2], np.int64)
     for o in np.flatnonzero(fine):
-        own = Frame.of(motion, states[:, :, o : o + 1])
+        own = CellBox.of(motion, states[:, :, o : o + 1])
         for number in CELLS:
             key = own.cells(motion, states[:, :, o : o + 1], number)[:, 0]
             first, second = key[:half], key[half:]
@@ -165,7 +165,7 @@ def recurrent_sets(
     recurrent = np.flatnonzero(numbers > 0)
     if not recurrent.size:
         return frame, []
-    frame = Frame.of(motion, states[:, :, recurrent]) if frame is None else frame
+    frame = CellBox.of(motion, states[:, :, recurrent]) if frame is None else frame
     groups: list[list[int]] = []
     for o in recurrent:
         for group in groups:
@@ -185,9 +185,11 @@ def recurrent_sets(
         parts = len(states) // window
         windows = states[: parts * window][:, :, group].reshape(parts, window, states.shape[1], len(group))
         seen = moments(motion, windows.transpose(1, 2, 0, 3).reshape(window, states.shape[1], -1))
-        one = Recurrent(number, cells, np.array([seen.min(axis=1), seen.max(axis=1)]), states[-KEPT:, :, group[0]])
-        if not (others.size and (one.holds(motion, frame, early[:, :, others]) >= TOUCHING).any()):
-            found.append(one)
+        found_set = Recurrent(
+            number, cells, np.array([seen.min(axis=1), seen.max(axis=1)]), states[-KEPT:, :, group[0]]
+        )
+        if not (others.size and (found_set.holds(motion, frame, early[:, :, others]) >= TOUCHING).any()):
+            found.append(found_set)
     return frame, found
 
 

@@ -90,10 +90,10 @@ def _rows(basins: Basins, x: str | None, y: str | None) -> tuple[int, int | None
     """Return the numbers of the rows on the axes, None for the settling time."""
     names = {name: k for k, name in enumerate(basins.names)}
     vary = [k for k, row in enumerate(basins.z0) if np.ptp(row) > 0] or [0]
-    first = vary[0] if x is None else named("x", x, names)
+    first = vary[0] if x is None else names[named("x", x, names)]
     rest = [k for k in vary if k != first]
     if y is not None:
-        return first, named("y", y, names)
+        return first, names[named("y", y, names)]
     return first, rest[0] if rest else None
 
 
@@ -130,7 +130,8 @@ def _dots(ax: Any, along: np.ndarray, up: np.ndarray, code: np.ndarray, colours:
     from matplotlib.colors import to_rgba_array
 
     faces = to_rgba_array(colours)
-    edges = np.where((faces[:, :3] > 0.9).all(axis=1)[:, None], to_rgba_array([PALE_EDGE]), faces)
+    pale = faces[:, :3].min(axis=1) > 0.9
+    edges = np.where(pale[:, None], to_rgba_array([PALE_EDGE]), faces)
     how = {"c": faces[code], "edgecolors": edges[code], "linewidths": 0.4, "rasterized": True}
     return ax.scatter(along, up, s=size, **how)
 
