@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Callback, Passes, shown, titled
+from ..core.numbers import Callback, Passes, number_of_steps, shown, titled
 from ..core.status import Status, counted, describe
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
@@ -356,6 +356,7 @@ def _motion(system: System, flow: Any, z: np.ndarray, time: float) -> tuple[Moti
     phase, interval = _drive(system, z)
     kept = np.setdiff1d(np.arange(system.rows), [*phase])
     if interval > 0:
+        number_of_steps(time, interval)
         count = math.floor(time / interval * (1 + 1e-12))
     else:
         some = np.unique(np.linspace(0, z.shape[1] - 1, SCOUTS).astype(int))
