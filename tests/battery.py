@@ -280,6 +280,7 @@ CALLS = {
     "TuneAccumulator": (fa.TuneAccumulator, {}),
     "TuneAccumulator.push": (accumulated, {"samples": TURNED}),
     "all_levels": (fa.quantum.all_levels, {"model": HARMONIC, "multiplets": 5}),
+    "basins": (fa.basins, {"model": LOGISTIC._replace(r=3.2), "z0": [[0.3, 0.4]], "time": 40}),
     "bifurcation_diagram": (
         fa.chaos.bifurcation_diagram,
         {"model": LOGISTIC, "parameter": "r", "values": [3.2, 3.9], "x0": 0.3, "transient": 20, "iterates": 20},
@@ -462,6 +463,8 @@ and the one that silences calls.
 CONTAINERS = {
     *(
         "Bifurcation",
+        "AttractorKind",
+        "Basins",
         "BifurcationDiagram",
         "Branch",
         "ChaosMap",
