@@ -67,6 +67,11 @@ WEAKEST = (2, 5, 12)
 FAINT = 1e-10
 """Least amplitude of these, relative to the signals' sizes: 1e5 times the rounding errors."""
 
+REMAINS = 1e-4
+"""Amplitude, in the same unit, of a generator's line that is still there after it was removed: it has a neighbour that
+the time does not resolve. Leakage of other lines is far below, that of lines 1e-3 cycles apart is above.
+"""
+
 CLOSE = 0.5
 """Distance, in cycles over the window, up to which a line is not told from a short combination."""
 
@@ -337,7 +342,10 @@ def _with_weak(
     most = value.shape[1]
     rate = 1 / signals.interval[orbits]
     near, exact = _explained(value, bar, nu, spread, time, rate[:, None], bool((found.tail > FOLDED).any()), threads)
-    unexplained = np.where((strength > FAINT) & ~exact, strength, 0.0).max(axis=1, initial=0.0)
+    # The lines of generators have been removed: one that remains has a neighbour, closer than the resolution.
+    apart = np.abs(value[:, :, None] - np.where(found.owned, found.nu, np.inf)[:, None, :]).min(axis=2)
+    remains = (apart <= bar + EXACT / time) & (strength > REMAINS)
+    unexplained = np.where((strength > FAINT) & (~exact | remains), strength, 0.0).max(axis=1, initial=0.0)
     used = (strength > FAINT) & ~near & ~exact & (bar * time < LIMITS.sharp)
     used &= strength > LIMITS.minor * strength.max(axis=1, keepdims=True)
     order = np.argsort(-np.where(used, strength, 0.0), axis=1, kind="stable")
@@ -517,7 +525,9 @@ def _dual(
     n = spectra.n[which]
     own = signals.of(which)
     found = spectra.rows
-    scaling = found.drift[which], found.centre[which], 1 / found.size[which]
+    # Rows at rest are rounding errors, which in units of their size would be as large as motions.
+    units = np.where(np.repeat(found.moving[which], 2, axis=1), 1 / found.size[which], 0.0)
+    scaling = found.drift[which], found.centre[which], units
     tables = tables_for(cosine_window, n)
     arguments = own.ragged, n, tables, own.interval, scaling, rank, nu, made
     run(dual_loops.dual_loops, orbits, arguments, threads)

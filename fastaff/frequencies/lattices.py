@@ -59,7 +59,9 @@ def lattices_of(s: Signals, start: Signals | None, m: int, threads: int) -> Latt
     aliased = found.tail[:, None] ** ALIASED
     error = rates.error + (np.where(unknown, 1.0, 0.0) + aliased) / time + drifted(rates)
     rates = rates._replace(error=error)
-    ambiguous |= unsettled(rates, found, s.time, threads)
+    unsure, distance = unsettled(rates, found, s.time, threads)
+    rates = rates._replace(error=np.maximum(error, distance))
+    ambiguous |= unsure
     return Lattices(found, rates, ambiguous, irregular, aliased)
 
 

@@ -31,13 +31,14 @@ def first_vectors(unit, stop, progress, value, bar, nu, spread, vectors, k, foun
         progress[unit] = 1.0
 
 
-def vanishing(unit, stop, progress, nu, error, time, k, resolved, short, accidental, found):
-    """Fill found (orbits,) with whether a combination of the frequencies nu (orbits, m) may be 0: one of k (m + 1,
-    vectors), with the lengths |k|_1 in its last row, in ascending order.
+def vanishing(unit, stop, progress, nu, error, time, k, resolved, short, accidental, curved, distance):
+    """Fill distance (orbits, m) with the largest |k . nu| of combinations with k_j != 0 that may be 0, -1 for none: of
+    k (m + 1, vectors), with the lengths |k|_1 in its last row, in ascending order.
 
-    It may be 0 within its error; and within `resolved` cycles over the time (orbits,) where |k|_1 is at most `short` or
-    so small a combination among as many is expected by chance less than `accidental` times. Combinations with
-    unknown frequencies, NaN, do not count.
+    A combination may be 0 within its error. It may also be 0 within `resolved` cycles over the time (orbits,) if its
+    error is more than `curved` times the cube of its cycles, and either |k|_1 is at most `short` or so small a
+    combination among as many is expected by chance less than `accidental` times. Combinations with unknown
+    frequencies, NaN, do not count.
     """
     if read_now(stop, 0) > 0:
         return
@@ -47,6 +48,7 @@ def vanishing(unit, stop, progress, nu, error, time, k, resolved, short, acciden
     fastest = 0.0
     sums = np.zeros(k.shape[1])
     widths = np.zeros(k.shape[1])
+    possible = np.zeros(k.shape[1])
     for j in range(m):
         row = k[j]
         one = nu[unit, j]
@@ -58,6 +60,14 @@ def vanishing(unit, stop, progress, nu, error, time, k, resolved, short, acciden
     for v in range(sums.size):
         near = resolved / time[unit] if lengths[v] <= short else 0.0
         chance = min(0.5 * accidental * fastest * lengths[v] / (v + 1), resolved / time[unit])
-        some += 1 if abs(sums[v]) <= max(widths[v], near, chance) else 0
-    found[unit] = some > 0
+        cycles = abs(sums[v]) * time[unit]
+        unclear = widths[v] * time[unit] >= curved * cycles * cycles * cycles
+        possible[v] = 1.0 if abs(sums[v]) <= widths[v] or (unclear and abs(sums[v]) <= max(near, chance)) else 0.0
+        some += 1 if possible[v] != 0.0 else 0
+    for j in range(m):
+        distance[unit, j] = -1.0
+        row = k[j]
+        for v in range(sums.size if some > 0 else 0):
+            if possible[v] != 0.0 and row[v] != 0.0:
+                distance[unit, j] = max(distance[unit, j], abs(sums[v]))
     progress[unit] = 1.0
