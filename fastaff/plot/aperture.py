@@ -51,8 +51,9 @@ def plot_aperture(
     -------
     Artists
         ``points`` are the initial conditions. ``lines`` are the outline, a mark at the least aperture, and, for others
-        than a grid, marks of angles without a loss. ``labels`` has the least, mean and largest aperture; ``missing`` is 0. A click picks the
-        orbit. A note has the number of initial conditions far beyond the aperture, outside of the frame.
+        than a grid, marks of angles without a loss. ``labels`` has the least, mean and largest aperture; ``missing`` is
+        0. A click picks the orbit. A note has the number of initial conditions far beyond the aperture, outside of the
+        frame.
 
     Notes
     -----

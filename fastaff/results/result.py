@@ -18,8 +18,8 @@ from __future__ import annotations
 import copyreg
 import dataclasses
 import functools
-import math
 import html
+import math
 import operator
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
