@@ -64,6 +64,9 @@ loop's largest, from which it does, and from which the lattice must explain it.
 WEAKEST = (2, 5, 12)
 """Numbers of lines that are sought beside those of the known generators, one after the other."""
 
+MODAL = 6
+"""Lines that are sought in the loop of a mode."""
+
 FAINT = 1e-10
 """Least amplitude of these, relative to the signals' sizes: 1e5 times the rounding errors."""
 
@@ -419,7 +422,6 @@ def _weak_lines(
     m = found.moving.shape[1]
     count = orbits.size
     rows = spectra.rows
-    value, bar, strength = np.zeros((3, count, m * lines))
     amplitude = _dual(signals, spectra, orbits, found.rank, nu, threads).amplitude
     moving = np.repeat(found.moving, 2, axis=1)
     c = np.zeros((count, m, signals.rows), complex)
@@ -432,16 +434,25 @@ def _weak_lines(
             c[o, j, own] = left[:, 2 * j] - 1j * left[:, 2 * j + 1]
     c[:, :, : 2 * m] /= rows.size[orbits][:, None]
     offset, drift = ((c[:, :, : 2 * m] * entry[orbits][:, None]).sum(axis=2) for entry in (rows.centre, rows.drift))
-    some = signals.of(orbits)
-    loops = Loops(c, offset, drift)
-    for alike in some.alike():
-        row, place = np.nonzero(c[alike].any(axis=2))
+    return _lines_in(signals.of(orbits), Loops(c, offset, drift), spectra.n[orbits], lines, threads)
+
+
+def _lines_in(
+    signals: Signals, loops: Loops, samples: np.ndarray, lines: int, threads: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return frequencies, error bars and amplitudes (orbits, m lines) of so many lines of each of m loops, over so many
+    samples (orbits,).
+    """
+    count, m = loops.c.shape[:2]
+    value, bar, strength = np.zeros((3, count, m * lines))
+    for alike in signals.alike():
+        row, place = np.nonzero(loops.c[alike].any(axis=2))
         owner = alike[row]
         for begin in range(0, owner.size, AT_ONCE):
             part = slice(begin, begin + AT_ONCE)
-            f = values(some, loops, owner[part], place[part], threads)[:, : spectra.n[orbits[alike[0]]]]
+            f = values(signals, loops, owner[part], place[part], threads)[:, : samples[alike[0]]]
             got = lines_of(f, lines, threads)
-            unit = f.shape[1] * float(some.interval[alike[0]])
+            unit = f.shape[1] * float(signals.interval[alike[0]])
             known = (np.abs(got.value) > 2) & (got.strength > 0) & (got.bar < 1)
             for i, (orbit, loop) in enumerate(zip(owner[part], place[part], strict=True)):
                 at = slice(loop * lines, (loop + 1) * lines)
@@ -449,6 +460,22 @@ def _weak_lines(
                 bar[orbit, at] = np.where(known[i], got.bar[i], 0.0) / unit
                 strength[orbit, at] = np.where(known[i], got.strength[i], 0.0)
     return value, bar, strength
+
+
+def has_other_lines(signals: Signals, loops: Loops, found: LatticeModes, threads: int) -> np.ndarray:
+    """Return a mask of orbits of which the loops of modes have a sharp, visible line that the frequencies do not
+    explain: these may be harmonics of a line that lies next to another one in all coordinates.
+    """
+    m = found.nu.shape[1]
+    nu = np.where(found.owned, found.nu, 0.0)
+    spread = np.where(found.owned, found.spread, 0.0)
+    value, bar, strength = _lines_in(signals, loops, fast_lengths(signals.samples), MODAL, threads)
+    time = signals.time[:, None]
+    aliased = bool((found.tail > FOLDED).any())
+    _, exact = _explained(value, bar, nu, spread, time, 1 / signals.interval[:, None], aliased, threads)
+    largest = strength.reshape(-1, m, MODAL).max(axis=2, keepdims=True)
+    seen = (strength.reshape(-1, m, MODAL) > LIMITS.visible * largest).reshape(strength.shape)
+    return (seen & (bar * time < LIMITS.sharp) & ~exact).any(axis=1)
 
 
 def lines_of(f: np.ndarray, lines: int, threads: int) -> RankedLines:

@@ -203,7 +203,7 @@ def _count_turns(
     ambiguous[wound] &= found.moving[wound].any(axis=1)
     ambiguous[wound] |= unexplained_size
     nu = np.where(mine.known, mine.rates.nu, np.nan)
-    distance = unresolved_relations(nu, mine.rates.error, s.time[wound], threads)
+    distance = unresolved_relations(nu, mine.rates.error, np.zeros_like(nu), s.time[wound], threads)
     ambiguous[wound] |= (distance >= 0).any(axis=1)
     rates.error[wound] = np.maximum(rates.error[wound], distance)
 
