@@ -128,7 +128,7 @@ def related(nu: np.ndarray, error: np.ndarray, threads: int) -> np.ndarray:
     """Return a mask of orbits whose frequencies (orbits, m) have a combination of 0 within its error."""
     limits = RelationLimits(0.0, float(SHORT), 0.0, 0.0, 0.0)
     time = np.full(len(nu), np.inf)
-    return (_vanishing(nu, error, np.zeros_like(nu), time, limits, threads) >= 0).any(axis=1)
+    return np.asarray((_vanishing(nu, error, np.zeros_like(nu), time, limits, threads) >= 0).any(axis=1))
 
 
 def unresolved_relations(
@@ -150,7 +150,7 @@ def close_lines(nu: np.ndarray, time: np.ndarray, cycles: float, threads: int, c
     """
     none = np.zeros_like(nu)
     limits = RelationLimits(cycles, float(SHORT), chance, 0.0, 0.0)
-    return (_vanishing(nu, none, none, time, limits, threads) >= 0).any(axis=1)
+    return np.asarray((_vanishing(nu, none, none, time, limits, threads) >= 0).any(axis=1))
 
 
 def _vanishing(
