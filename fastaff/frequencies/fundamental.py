@@ -56,6 +56,9 @@ BRIEF = 4096
 AT_ONCE = 32
 """Orbits whose Fourier transforms are made at once."""
 
+SAMPLES_AT_ONCE = 1 << 13
+"""Samples of loops that are in memory at once where their lines are sought: 1 MiB."""
+
 LIMITS = LatticeLimits(sharp=0.1, minor=2e-3, visible=2e-3)
 """Error bar of a line, in cycles over the window, up to which it belongs to the lattice; and sizes, relative to its
 loop's largest, from which it does, and from which the lattice must explain it.
@@ -448,8 +451,9 @@ def _lines_in(
     for alike in signals.alike():
         row, place = np.nonzero(loops.c[alike].any(axis=2))
         owner = alike[row]
-        for begin in range(0, owner.size, AT_ONCE):
-            part = slice(begin, begin + AT_ONCE)
+        at_once = max(1, min(AT_ONCE, SAMPLES_AT_ONCE // int(samples[alike[0]])))
+        for begin in range(0, owner.size, at_once):
+            part = slice(begin, begin + at_once)
             f = values(signals, loops, owner[part], place[part], threads)[:, : samples[alike[0]]]
             got = lines_of(f, lines, threads)
             unit = f.shape[1] * float(signals.interval[alike[0]])
@@ -490,12 +494,12 @@ def lines_of(f: np.ndarray, lines: int, threads: int) -> RankedLines:
 
 def transforms_of(f: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the Fourier transforms of signals f (signals, samples), complex: windowed, and for harmonic inversion; and
-    the edges of the sums of these. See `loop_transforms.prepare_values`.
+    the edges of the sums of these; until the next call. See `loop_transforms.prepare_values`.
     """
     count, n = f.shape
     size = int(band_sizes(np.array([n]))[0])
-    windowed = np.empty((count, n), complex)
-    sums = np.empty((count, SUMS, size), complex)
+    windowed = BUFFERS.windowed.complexes(count, n)
+    sums = BUFFERS.sums.complexes(count, SUMS, size)
     edges = np.empty((count, 2, 3), complex)
     real = np.ascontiguousarray(f).view(float), apart_window(n), windowed.view(float), sums.view(float)
     run(loop_transforms.prepare_values, count, (*real, edges), threads)
@@ -600,8 +604,8 @@ def _greedy(score: np.ndarray) -> np.ndarray:
 
 def values(signals: Signals, loops: Loops, orbits: np.ndarray, number: np.ndarray, threads: int) -> np.ndarray:
     """Return the values (count, samples) of loops given by their orbits (count,), of equally many samples, and their
-    numbers (count,) in these.
+    numbers (count,) in these; until the next call.
     """
-    f = np.empty((orbits.size, int(signals.samples[orbits[0]])), complex)
+    f = BUFFERS.values.complexes(orbits.size, int(signals.samples[orbits[0]]))
     run(loop_values, orbits.size, (signals.ragged, orbits, number, loops.complexes(), f), threads)
     return f
