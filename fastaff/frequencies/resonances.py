@@ -361,8 +361,13 @@ def line_resonances(
     given = np.nan_to_num(own)
     made = resonances(given, max_order=max_order, tolerance=tolerance, errors=error, names=names, threads=threads)
     fine = found.status == Status.OK
-    kept = {name: np.where(fine, getattr(made, name), 0) for name in ("rank", "basis", "order")}
-    return replace(made, status=np.where(fine, made.status, found.status), **kept)
+    return replace(
+        made,
+        rank=np.where(fine, made.rank, 0),
+        basis=np.where(fine, made.basis, 0),
+        order=np.where(fine, made.order, 0),
+        status=np.where(fine, made.status, found.status),
+    )
 
 
 def widths(nu: np.ndarray, tolerance: float, errors: np.ndarray) -> np.ndarray:
