@@ -372,7 +372,13 @@ CALLS = {
     "univariate": (fa.univariate, {"value": square, "slope": double}),
     "orbit_families": (
         fa.frequencies.orbit_families,
-        {"frequency_map": lambda: fa.frequency_map(HH, Z4, time=20.0, **FIXED), "max_order": 4, "threads": 1},
+        {
+            "frequency_map": lambda: fa.frequency_map(HH, Z4, time=20.0, **FIXED),
+            "max_order": 4,
+            "model": HH,
+            "z0": Z4,
+            "threads": 1,
+        },
     ),
     "orbit_frequencies": (fa.orbit_frequencies, {"samples": SLOW, "dt": 0.1}),
     "periodic_guesses": (fa.periodic.periodic_guesses, {"section_map": lambda: result("guessable"), "crossings": 1}),
