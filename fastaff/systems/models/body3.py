@@ -55,7 +55,7 @@ class Body3(NamedTuple):
     * Rows of a phase point: x1, x2, x3, y1, y2, y3, z1, z2, z3, the elements of phi row by row, then their momenta. A
       material point a is at phi a.
     * Conserved: energy, spin and vorticity, three numbers each (`constants_of_motion`).
-    * Cost: `chaos_map` compiles in seconds, `tangent_map` with all 18 deviation vectors in a minute.
+    * Cost: the first `chaos_map` or `tangent_map` compiles for some seconds.
     * A body at rest in its principal axes and without rotation stays diagonal. A motion of the first two rows and
       columns keeps its third axis.
 

@@ -23,7 +23,7 @@ def checks_arguments(check: Callable[[Mapping[str, Any]], None]) -> Callable[[T]
             check({**dict(zip(fields, given)), **named})
             return made(own, *given, **named)
 
-        cls.__new__ = wrapped  # type: ignore[method-assign]
+        cls.__new__ = wrapped  # type: ignore[method-assign, assignment]
         return cls
 
     return checked
