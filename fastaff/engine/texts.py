@@ -113,6 +113,8 @@ def _drifts_kicks(rows: StateRows, first: int, *, alike: bool) -> str:
     loop = _loop if not alike else functools.partial(_shared, () if drifts is None else (drifts.loaded,))
 
     def now(row: int) -> str:
+        if row == rows.time:  # its row has the start of the step
+            return f"{_at(row)} + passed*step[i]" if first else f"fma(passed, step[i], {_at(row)})"
         return f"{_at(row)} + {_at(first + row)}" if first else _at(row)
 
     drift = kick = ""
