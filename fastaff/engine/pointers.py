@@ -74,7 +74,7 @@ def distant(typingcontext, array, start):
     return array(array, types.int64), generate
 
 
-if JIT_DISABLED:
+if JIT_DISABLED:  # type: ignore[misc]
 
     def distant(array, start):
         """Return array[start:]."""
