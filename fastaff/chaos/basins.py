@@ -151,6 +151,8 @@ class Basins(Result):
         Integration method.
     step : float or ndarray, shape (orbits,)
         Step size, in units of time; inf for an adaptive method.
+    stepwise : bool
+        Whether states are compared once per iterate of a map or once per period of a drive.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -327,9 +329,9 @@ def basins(
     Examples
     --------
     >>> well = fa.hamiltonian("x**4/4 - x**2/2", coordinates="x", friction=0.5)
-    >>> grid = fa.energy_grid(well, axes={{"x": np.linspace(-2, 2, 40), "p_x": np.linspace(-2, 2, 40)}})
+    >>> grid = fa.energy_grid(well, axes={"x": np.linspace(-2, 2, 40), "p_x": np.linspace(-2, 2, 40)})
     >>> found = fa.basins(well, grid, time=200.0)
-    >>> found.attractor_names, found.points[0, 0].round(6)
+    >>> found.attractor_names, np.sort(found.points[0, 0]).round(6)
     (('fixed point (1)', 'fixed point (2)'), array([-1.,  1.]))
     """
     system = checked_tangent_system(model)

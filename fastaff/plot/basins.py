@@ -57,7 +57,7 @@ def plot_basins(
     Examples
     --------
     >>> well = fa.hamiltonian("x**4/4 - x**2/2", coordinates="x", friction=0.5)
-    >>> grid = fa.energy_grid(well, axes={{"x": np.linspace(-2, 2, 40), "p_x": np.linspace(-2, 2, 40)}})
+    >>> grid = fa.energy_grid(well, axes={"x": np.linspace(-2, 2, 40), "p_x": np.linspace(-2, 2, 40)})
     >>> fa.plot.plot_basins(fa.basins(well, grid, time=200.0)).missing
     0
     """
