@@ -492,7 +492,16 @@ CONTAINERS = {
         "Rotation",
         "EnergySample",
     ),
-    *("SectionMap", "SpacingFit", "State", "TangentMap", "TimeScales", "VibrationHusimi", "VibrationState"),
+    *(
+        "SectionMap",
+        "SeriesExponent",
+        "SpacingFit",
+        "State",
+        "TangentMap",
+        "TimeScales",
+        "VibrationHusimi",
+        "VibrationState",
+    ),
     *(
         "ActionAngles",
         "AffineSpectrum",
