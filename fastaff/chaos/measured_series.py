@@ -105,7 +105,7 @@ class SeriesExponent(Result):
         str
             Summary.
         """
-        return f"{self.classification.name}: exponent {self.exponent:.3g}, error {self.error:.1g}"
+        return f"{self.classification.name}: exponent {self.exponent:.3g}, error {self.error:.2g}"
 
 
 @says_progress

@@ -20,6 +20,15 @@ from ..systems.models.contracts import FormulaMap
 BLOCKS = 16
 """Parts of the kept iterates whose means tell the error of the exponent."""
 
+FLAT = 1e-9
+"""Slope below which it is compared with that at the next number: rounding is 1e-16 of a slope that changes by 1 over
+the map.
+"""
+
+ROUNDED = 4.0
+"""Changes of the slope to the next number within which a slope is 0: iterates of a superstable cycle are within two.
+"""
+
 LONGEST = 1_000_000
 """Most iterates of the transient, and of those kept: about half a minute of calls of the map's formula."""
 
@@ -41,7 +50,8 @@ class BifurcationDiagram(Result, axis="value"):
     exponent : ndarray, shape (values,)
         Lyapunov exponent of these iterates, per iterate; -inf where an iterate has slope 0.
     exponent_error : ndarray, shape (values,)
-        Standard error of the exponent, from the means of 16 parts of the iterates.
+        Standard error of the exponent, from the means of 16 parts of the iterates; inf where an iterate has slope 0
+        within rounding, as on a superstable cycle.
     status : ndarray of int, shape (values,)
         `Status`: OK, LOST outside of the domain, or NONFINITE.
     """
@@ -140,9 +150,13 @@ def bifurcation_diagram(
         x = _next(many, x, status)
     points = np.empty((kept, given.size))
     growth = np.empty((kept, given.size))
+    critical = np.zeros(given.size, bool)
     for k in range(kept):
         with np.errstate(all="ignore"):
-            slope = at_points(many, "tangent_iterate", x, np.ones_like(x))[0]
+            slope = _slope(many, x)
+            if (flat := np.abs(slope) < FLAT).any():
+                beside = _slope(many, np.nextafter(x, np.inf))
+                critical |= flat & (np.abs(slope) <= ROUNDED * np.abs(beside - slope))
             growth[k] = np.where(status == Status.OK, np.log(np.abs(slope)), np.nan)
         points[k] = x = _next(many, x, status)
     with np.errstate(all="ignore"):
@@ -154,9 +168,14 @@ def bifurcation_diagram(
             values=given,
             points=points,
             exponent=growth.mean(axis=0),
-            exponent_error=np.where(np.isneginf(means).any(axis=0), np.inf, error),
+            exponent_error=np.where(np.isneginf(means).any(axis=0) | critical, np.inf, error),
             status=status,
         )
+
+
+def _slope(model: Any, x: np.ndarray) -> np.ndarray:
+    """Return the slopes of the map at points."""
+    return np.broadcast_to(at_points(model, "tangent_iterate", x, np.ones_like(x))[0], x.shape)
 
 
 def _next(model: Any, x: np.ndarray, status: np.ndarray) -> np.ndarray:

@@ -170,3 +170,14 @@ def test_one_deviation_vector_is_enough_for_the_usual_indicators():
     assert found.chaotic.all()
     with pytest.raises(ValueError, match=r"^indicators must need at most 1 deviation vector .* got sali\. Use 'megno'"):
         fa.chaos_map(logistic, [[0.3, 0.41]], time=1000, indicators="sali")
+
+
+@pytest.mark.parametrize("r", [2.0, 1 + np.sqrt(5.0)])
+def test_exponent_of_a_superstable_cycle_is_not_known(r):
+    """It is -inf; rounding leaves a slope of 1e-16 at the critical point."""
+    logistic = fa.iterated_map("x1 = r*x*(1 - x)", r=r)
+    found = fa.chaos.bifurcation_diagram(logistic, "r", [r, 2.5, 4.0], x0=0.3)
+    assert found.exponent[0] < -15
+    assert found.exponent_error[0] == np.inf
+    assert (found.exponent_error[1:] < 0.05).all()
+    assert abs(found.exponent[1] + np.log(2.0)) < 1e-12
