@@ -11,7 +11,7 @@ from ..core.numbers import numbers, whole
 from ..core.status import Status
 from ..runs.starts import ordered
 from .picking import carry
-from .style import ACCENT, Artists, beyond, colour_map, figure, symbol
+from .style import Artists, Palette, beyond, figure, symbol
 
 FAR = 1.6
 """Initial conditions beyond so many times the largest amplitude of the aperture, all lost, lie outside of the frame."""
@@ -80,7 +80,8 @@ def plot_aperture(
 
     end = float(np.max(result.t, initial=1.0))
     shown = np.clip(result.t, 1e-3 * end, end)
-    how = {"cmap": colour_map().reversed(), "norm": LogNorm(float(shown.min(initial=0.1 * end)), end)}
+    palette = Palette.of(ax)
+    how = {"cmap": palette.colour_map().reversed(), "norm": LogNorm(float(shown.min(initial=0.1 * end)), end)}
     plane = min(sides := (np.unique(across).size, np.unique(up).size)) > 1 and sides[0] * sides[1] == across.size
     at = (across, up) if plane else (angle, radius)
     points = ax.scatter(*at, c=shown, s=14, linewidths=0, rasterized=True, **how)
@@ -88,16 +89,16 @@ def plot_aperture(
     if plane:
         outline = _outline(across, up, lost)
         turned, aperture, least = outline.apertures(angle[radius > 0])
-        (curve,) = ax.plot(*outline.edges(), color=ACCENT, lw=1.6, label="edge of the surviving set")
+        (curve,) = ax.plot(*outline.edges(), color=palette.accent, lw=1.6, label="edge of the surviving set")
         marked = [] if least.all() else [int(np.where(least, np.inf, aperture).argmin())]
-        spot = {"marker": "*", "ms": 11, "mec": "white", "label": "least aperture"}
+        spot = {"marker": "*", "ms": 11, "mec": palette.ground, "label": "least aperture"}
         at_spot = np.array([aperture * np.cos(turned), aperture * np.sin(turned)])[:, marked]
     else:
         middles, aperture, least = _aperture(angle, radius, lost, bins)
-        (curve,) = ax.plot(middles, aperture, color=ACCENT, lw=1.6, marker="o", ms=3, label="dynamic aperture")
+        (curve,) = ax.plot(middles, aperture, color=palette.accent, lw=1.6, marker="o", ms=3, label="dynamic aperture")
         spot = {"marker": "^", "ms": 7, "label": "at least"}
         at_spot = np.array([middles, aperture])[:, least]
-    (open_,) = ax.plot(*at_spot, ls="", color=ACCENT, **spot)
+    (open_,) = ax.plot(*at_spot, ls="", color=palette.accent, **spot)
     known = aperture[np.isfinite(aperture)]
     said = "no aperture"
     if known.size:
