@@ -22,7 +22,7 @@ from ..quantum.states.vibration_state import VibrationState
 from ..sections.accessible_box import potential_of
 from ..systems.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from .parameters import parameter_label
-from .style import Artists, Palette, colour_map, figure, symbol
+from .style import Artists, Palette, figure, symbol
 
 ENERGY = "energy $E$"
 NEGLIGIBLE = 1e-3
@@ -400,7 +400,7 @@ def _image(ax: Any, density: np.ndarray, x: np.ndarray, y: np.ndarray, norm: Any
         origin="lower",
         aspect="auto",
         interpolation="bilinear",
-        cmap=colour_map(),
+        cmap=Palette.of(ax).image_map(),
         norm=norm,
         vmin=None if norm else 0.0,
     )

@@ -23,10 +23,12 @@ END = 1e-6
 """Largest share of an edge's momentum at the ends of its pieces; inner points have 0.002 of their piece's or more."""
 PALE_END = 0.93
 """Part of cividis that is kept on a light ground."""
-LIFTED = 50.0
-"""Lightness L* (CIE 1976) of the dark end of cividis on a dark ground: 4.7:1 on black, 3:1 on the grey #282c34."""
-DIM = 0.45
-"""Least share of the ink in greys of lines on a dark ground: 4.4:1 on black."""
+LIFTED = 0.56
+"""Lightness in Oklab of the dark end of cividis on a dark ground: 4.5:1 on black, 3:1 on the grey #282c34."""
+DIM = 0.36
+"""Share of the ink in the palest grey of lines on a dark ground: 3.2:1 on black."""
+LOST = 0.42
+"""Share of the ink in the grey of lost orbits on a dark ground: 3.9:1 on black."""
 SHADE = 0.18
 """Share of the ink in grey areas on a dark ground, behind what is drawn."""
 MIDDLE = 0.18
@@ -138,7 +140,7 @@ class Palette:
     @property
     def lost(self) -> Any:
         """Grey of orbits that have left or have no value."""
-        return self.grey(0.72)
+        return self._mixed(LOST) if self.dark else "0.72"
 
     @property
     def shade(self) -> Any:
@@ -146,15 +148,15 @@ class Palette:
         return self._mixed(SHADE) if self.dark else "0.9"
 
     def grey(self, level: float) -> Any:
-        """Return the grey of lines or texts that is `level` on white, and as far from a dark ground or farther."""
-        return self._mixed(max(1.0 - level, DIM)) if self.dark else f"{level:g}"
+        """Return the grey of lines or texts that is `level` on white, 0 for the strongest, and its like on dark."""
+        return self._mixed(1.0 - level * (1.0 - DIM)) if self.dark else f"{level:g}"
 
     def _mixed(self, ink: float) -> tuple[float, ...]:
         """Return the ground with a share of white ink."""
         return tuple(part + ink * (1.0 - part) for part in self.ground)
 
     def cividis(self, places: Any) -> Any:
-        """Return the colours (n, 4) of cividis at places from 0 to `bright`."""
+        """Return the colours (n, 4) of cividis at places from 0 to `bright`, lifted on a dark ground."""
         import matplotlib
         import numpy as np
 
@@ -162,11 +164,20 @@ class Palette:
         return _lifted(colours) if self.dark else colours
 
     def colour_map(self) -> Any:
-        """Return the map of colours of values."""
+        """Return the map of colours of values, each seen on the ground."""
         import numpy as np
         from matplotlib.colors import ListedColormap
 
         return ListedColormap(self.cividis(np.linspace(0.0, self.bright, 256)), name="fastaff")
+
+    def image_map(self) -> Any:
+        """Return the map of colours of an image without gaps, which hides the ground: the dark end stays dark."""
+        import matplotlib
+        import numpy as np
+        from matplotlib.colors import ListedColormap
+
+        places = np.linspace(0.0, self.bright, 256)
+        return ListedColormap(matplotlib.colormaps["cividis"](places), name="fastaff_image")
 
 
 ON_LIGHT = Palette(
@@ -222,21 +233,37 @@ def _linear(rgb: Any) -> Any:
     return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
 
 
+CONES = (
+    (0.4122214708, 0.5363325363, 0.0514459929),
+    (0.2119034982, 0.6806995451, 0.1073969566),
+    (0.0883024619, 0.2817188376, 0.6299787005),
+)
+"""Matrix from linear sRGB to the responses of cones of Oklab (B. Ottosson 2020, A perceptual color space for image
+processing).
+"""
+OKLAB = (
+    (0.2104542553, 0.7936177850, -0.0040720468),
+    (1.9779984951, -2.4285922050, 0.4505937099),
+    (0.0259040371, 0.7827717662, -0.8086757660),
+)
+"""Matrix from cube roots of these to lightness, green to red, blue to yellow."""
+
+
 def _lifted(colours: Any) -> Any:
     """Return colours (n, 4) of cividis with their hues and with lightness from LIFTED to that of the pale end."""
     import matplotlib
     import numpy as np
 
-    def lightness(rgb: Any) -> Any:
-        return 116.0 * np.cbrt(_linear(rgb) @ LUMINANCE) - 16.0  # CIE 1976, above L* = 8
+    def oklab(rgb: Any) -> Any:
+        return np.cbrt(_linear(rgb) @ np.transpose(CONES)) @ np.transpose(OKLAB)
 
-    low, high = lightness(matplotlib.colormaps["cividis"]([0.0, 1.0])[:, :3])
-    own = lightness(colours[..., :3])
-    lifted = LIFTED + (own - low) * (high - LIFTED) / (high - low)
-    gain = ((lifted + 16.0) / (own + 16.0)) ** 3
-    parts = np.clip(_linear(colours[..., :3]) * gain[..., None], 0.0, 1.0)
+    low, high = oklab(matplotlib.colormaps["cividis"]([0.0, 1.0])[:, :3])[:, 0]
+    own = oklab(colours[:, :3])
+    own[:, 0] = LIFTED + (own[:, 0] - low) * (high - LIFTED) / (high - low)
+    cones = np.linalg.solve(OKLAB, own.T) ** 3
+    parts = np.clip(np.linalg.solve(CONES, cones).T, 0.0, 1.0)
     parts = np.where(parts <= 0.0031308, 12.92 * parts, 1.055 * parts ** (1 / 2.4) - 0.055)
-    return np.concatenate([parts, colours[..., 3:]], axis=-1)
+    return np.column_stack([parts, colours[:, 3]])
 
 
 def _behind(sheet: Any) -> tuple[float, float, float]:
