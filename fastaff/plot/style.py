@@ -203,7 +203,7 @@ ON_DARK = Palette(
     charcoal="#d9d9d9",
     navy="#8fc1f5",
     tint="#1f2a3a",
-    blues=("#3f73b3", "#6fa3dd", "#a6cdf7", "#f4f9ff"),
+    blues=("#5a8fc8", "#7fb0e6", "#a6cdf7", "#f4f9ff"),
     browns=("#5a2a05", "#a8500b", "#e39a4f", "#ffe9d0"),
 )
 
