@@ -111,8 +111,8 @@ def plot_closed_orbits(
             U, V = _once(U, V)
             kind = Stability(int(orbits.stability[k]))
             look = number if len(pairs) == 1 else body
-            named = max(len(chosen), len(pairs)) <= NAMED
-            colour = palette.curves[look % len(palette.curves)][0] if named else palette.main
+            few = max(len(chosen), len(pairs)) <= NAMED
+            colour = palette.curves[look % len(palette.curves)][0] if few else palette.main
             label = _label(orbits, int(k), kind) if body == 0 else None
             (curve,) = ax.plot(U, V, color=colour, lw=1.2, ls="-" if kind in STABLE else (0, (4, 1.5)), label=label)
             curves.append(carry(curve, U, V, np.full(len(U), k)))

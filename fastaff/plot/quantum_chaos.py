@@ -85,7 +85,8 @@ def plot_husimi(
             f"values must have shape {grid.cell_index.shape}, one for each orbit of the grid, got {each.shape}"
         )
     palette = Palette.of(ax)
-    colours = LinearSegmentedColormap.from_list("fastaff_husimi", [palette.ground, *palette.browns])
+    shades: list[Any] = [palette.ground, *palette.browns]
+    colours = LinearSegmentedColormap.from_list("fastaff_husimi", shades)
     top = float(np.max(each, where=np.isfinite(each), initial=0.0)) or 1.0 if peak is None else peak
     image = np.ma.masked_invalid(grid.to_grid(each))
     # Smooth between cells, as the function is; the section's edge is drawn by `boundary`.

@@ -402,8 +402,8 @@ def _inked(ax: Any) -> Any:
     """Return the context for drawing on axes; legends have the ground of these axes."""
     import matplotlib
 
-    inks = _inks(Palette.of(ax), Palette.of(ax.figure))
-    return matplotlib.rc_context({**inks, "axes.facecolor": ax.get_facecolor()})
+    settings: Any = {**_inks(Palette.of(ax), Palette.of(ax.figure)), "axes.facecolor": ax.get_facecolor()}
+    return matplotlib.rc_context(settings)
 
 
 def _refuse(name: str, value: Any, kinds: str, error: Exception) -> None:

@@ -159,7 +159,9 @@ def test_regular_orbits_do_not_look_chaotic_whatever_their_range():
     quiet = plot.colouring(chaos([1.9999, 2.0, 2.0001]))
     mixed = plot.colouring(chaos([1.9999, 2.0, 80.0]))
     for colours in (quiet, mixed):
-        bright = scales.colours_of(colours, style.ON_LIGHT)(colours.norm(2.0001))[:3] @ np.array([0.2126, 0.7152, 0.0722])
+        bright = scales.colours_of(colours, style.ON_LIGHT)(colours.norm(2.0001))[:3] @ np.array(
+            [0.2126, 0.7152, 0.0722]
+        )
         assert bright < 0.15
         assert (colours.norm.vmin, colours.norm.vcenter) == (2.0, 5.0)
     assert mixed.norm.vmax > 70
