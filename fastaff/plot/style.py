@@ -165,19 +165,20 @@ class Palette:
 
     def colour_map(self) -> Any:
         """Return the map of colours of values, each seen on the ground."""
-        import numpy as np
-        from matplotlib.colors import ListedColormap
-
-        return ListedColormap(self.cividis(np.linspace(0.0, self.bright, 256)), name="fastaff")
+        return self._map(self.cividis, "fastaff")
 
     def image_map(self) -> Any:
         """Return the map of colours of an image without gaps, which hides the ground: the dark end stays dark."""
         import matplotlib
+
+        return self._map(matplotlib.colormaps["cividis"], "fastaff_image")
+
+    def _map(self, colours: Callable[[Any], Any], name: str) -> Any:
+        """Return the map of 256 colours at places from 0 to `bright`."""
         import numpy as np
         from matplotlib.colors import ListedColormap
 
-        places = np.linspace(0.0, self.bright, 256)
-        return ListedColormap(matplotlib.colormaps["cividis"](places), name="fastaff_image")
+        return ListedColormap(colours(np.linspace(0.0, self.bright, 256)), name=name)
 
 
 ON_LIGHT = Palette(
@@ -452,14 +453,19 @@ def _light_to_print(ax: Any) -> None:
 
 def _check(ax: Any, size: Any) -> None:
     """Refuse axes that no figure can be drawn on, and sizes that are not numbers >= 0."""
-    from matplotlib.axes import Axes
-
-    if not isinstance(ax, Axes):
-        raise TypeError(f"ax must be axes of Matplotlib, such as those of plt.subplots(), got {type(ax).__name__}")
+    _check_axes(ax)
     if ax.name != "rectilinear":
         raise ValueError(f"ax must be plain axes of two coordinates, got {ax.name} axes")
     if size is not None and not real("size", size) >= 0:
         raise ValueError(f"size must be >= 0 square points, got {size:g}")
+
+
+def _check_axes(ax: Any) -> None:
+    """Refuse what is no axes."""
+    from matplotlib.axes import Axes
+
+    if not isinstance(ax, Axes):
+        raise TypeError(f"ax must be axes of Matplotlib, such as those of plt.subplots(), got {type(ax).__name__}")
 
 
 def chosen_orbits(orbits: Any, total: int, most: int, name: str = "orbits") -> Any:
@@ -489,13 +495,21 @@ def colour_map(ax: Any = None) -> Any:
     matplotlib.colors.Colormap
         The colour map. On a light ground it ends before the palest colours. On a dark ground its dark end is lifted.
 
+    Raises
+    ------
+    TypeError
+        If `ax` is no axes.
+
     Examples
     --------
     >>> fa.plot.colour_map().N
     256
     """
     matplotlib = imported("matplotlib", what="a figure")
-    return (Palette.of(ax) if ax is not None else _new_grounds(matplotlib.rcParams)[0]).colour_map()
+    if ax is None:
+        return _new_grounds(matplotlib.rcParams)[0].colour_map()
+    _check_axes(ax)
+    return Palette.of(ax).colour_map()
 
 
 def symbol(name: str) -> str:

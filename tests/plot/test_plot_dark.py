@@ -245,6 +245,17 @@ def test_lifted_cividis_keeps_its_order_and_its_hues():
     np.testing.assert_allclose(colours[-1], plt.get_cmap("cividis")(1.0), atol=1e-6)
 
 
+def test_colour_map_is_for_axes_or_for_the_settings():
+    ax = Figure(facecolor="black").subplots()
+    with plt.style.context("dark_background"):
+        lifted = plot.colour_map()
+    assert plot.colour_map(ax)(0) == plot.colour_map()(0) != lifted(0)
+    ax.set_facecolor("black")
+    assert plot.colour_map(ax)(0) == lifted(0)
+    with pytest.raises(TypeError, match="ax must be axes of Matplotlib"):
+        plot.colour_map("dark")
+
+
 def test_contrast_is_that_of_the_guidelines():
     """21 of black and white; 4.54 of the grey #767676 on white, the palest for text there."""
     assert contrast("black", "white") == pytest.approx(21.0)
