@@ -48,9 +48,21 @@ def seen(colours, ground):
     return max(found)
 
 
+def strokes(artist):
+    """Return the colours of the outlines around an artist."""
+    found = [effect._gc.get("foreground") for effect in artist.get_path_effects() if hasattr(effect, "_gc")]
+    return [colour for colour in found if colour is not None]
+
+
+def of_text(text, ground):
+    """Return the least contrast of a text to the ground, its outline and its plate."""
+    plate = text.get_bbox_patch()
+    behind = [ground, *strokes(text), *([plate.get_facecolor()] if plate else [])]
+    return min(seen([text.get_color()], to_rgba(colour)[:3]) for colour in behind)
+
+
 def of_line(line, ground):
-    stroked = [effect._gc.get("foreground") for effect in line.get_path_effects() if hasattr(effect, "_gc")]
-    colours = [line.get_color(), *filter(None, stroked)] if line.get_linestyle() not in ("None", "", " ") else []
+    colours = [line.get_color(), *strokes(line)] if line.get_linestyle() not in ("None", "", " ") else []
     if line.get_marker() not in ("None", None, ""):
         colours += [line.get_markerfacecolor(), line.get_markeredgecolor()]
     alpha = 1.0 if line.get_alpha() is None else line.get_alpha()
@@ -88,13 +100,13 @@ def dim(figure):
         spines = [spine.get_edgecolor() for name, spine in ax.spines.items() if name != "outline"]
         found += [f"spine {colour}" for colour in spines if seen([colour], page) < LINE]
         if bar:  # what is on its colours has the ink for these
-            found += [f"text {t.get_text()}" for t, on in texts if t.get_text() and seen([t.get_color()], on) < TEXT]
+            found += [f"text {t.get_text()}" for t, on in texts if t.get_text() and of_text(t, on) < TEXT]
             continue
         ground = style._behind(ax)
         texts += [(text, ground) for text in ax.texts]
         legend = ax.get_legend()
         texts += [(text, ground) for text in legend.get_texts()] if legend else []
-        found += [f"text {t.get_text()}" for t, on in texts if t.get_text() and seen([t.get_color()], on) < TEXT]
+        found += [f"text {t.get_text()}" for t, on in texts if t.get_text() and of_text(t, on) < TEXT]
         lines = [line for line in ax.lines if len(line.get_xdata())]
         lines += legend.get_lines() if legend else []
         found += [f"{line} {line.get_color()}" for line in lines if of_line(line, ground) < LINE]
