@@ -265,7 +265,7 @@ def _plane(p: Portrait) -> tuple[str, str]:
     return f"{other}/{r}", f"gamma/{r}"
 
 
-TYPE = {"figure.labelsize": 12.0, "axes.labelsize": 13.0, "axes.titlesize": 12.0}
+TYPE: Any = {"figure.labelsize": 12.0, "axes.labelsize": 13.0, "axes.titlesize": 12.0}
 TICKS = 11.0
 """Sizes in points: 7.5 pixels and more on a telephone, whose 390 pixels show the 7.2 inches of the figure."""
 
