@@ -15,24 +15,35 @@ from typing import Any
 
 MARK = re.compile(r"<!-- page: (\S+)(?: from (#+ .+?))?(?: before (#+ .+?))? -->")
 HISTORY = re.compile(r"<!-- history: (\S+) -->")
-PICTURE = re.compile(r'<picture>\s*(?:<source[^>]*>\s*)+<img alt="([^"]*)" src="([^"]*)"[^>]*>\s*</picture>')
+PICTURE = re.compile(
+    r'<picture>\s*<source[^>]* srcset="([^"]*)">\s*<img alt="([^"]*)" src="([^"]*)"[^>]*>\s*</picture>'
+)
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)#\s]+)(#[^)\s]*)?\)")
 
 
 def relinked(text: str, source: Path, page: Path, pages: dict[Path, Path]) -> str:
     """Return the Markdown text of a file as part of a page: relative links lead where they did, or to the page that has
-    the file. A picture with a version for dark pages becomes its first version, which the site inverts itself.
+    the file. A picture with a version for dark pages becomes two, each of which the theme shows on its pages.
     """
+
+    def moved(target: str) -> str:
+        path = (source.parent / target).resolve()
+        return Path(os.path.relpath(pages.get(path, path), page.parent)).as_posix()
 
     def link(found: re.Match[str]) -> str:
         target = found[2]
         if "://" in target or target.startswith("mailto:"):
             return found[0]
-        path = (source.parent / target).resolve()
-        path = pages.get(path, path)
-        return f"{found[1]}{Path(os.path.relpath(path, page.parent)).as_posix()}{found[3] or ''})"
+        return f"{found[1]}{moved(target)}{found[3] or ''})"
 
-    return LINK.sub(link, PICTURE.sub(r"![\1](\2)", text))
+    def picture(found: re.Match[str]) -> str:
+        dark, said, light = found.groups()
+        versions = (("only-light", light), ("only-dark", dark))
+        return "\n\n".join(
+            f"```{{image}} {moved(target)}\n:alt: {said}\n:class: {shown}\n```" for shown, target in versions
+        )
+
+    return PICTURE.sub(picture, LINK.sub(link, text))
 
 
 def part(text: str, begin: str | None, end: str | None) -> str:

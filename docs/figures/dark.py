@@ -1,8 +1,8 @@
 """Write figures for dark pages beside those on white: each colour keeps its hue, light and dark change places.
 
-Run: python docs/figures/dark.py examples/demo.png docs/figures/body.png. It writes examples/demo-dark.png and
-docs/figures/body-dark.png, which README shows to readers with a dark theme. The site inverts all its figures in the
-same way, by a filter of its style sheet.
+Run: python docs/figures/dark.py docs/figures/body.png. It writes docs/figures/body-dark.png, which README shows to
+readers with a dark theme. The site inverts its figures in the same way, by a filter of its style sheet. A figure whose
+caption names colours is drawn anew instead: demo.py.
 """
 
 from __future__ import annotations

@@ -100,10 +100,7 @@ def run(
     folder = Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)
     start = clock.perf_counter()
-    portraits = [
-        portrait("neo-Hookean", Body(NeoHookean(G=1.0, K=2.0), 1.0), 1.5, size, threads, say, meter),
-        portrait("hyperelastic", Body(Hyperelastic(C=1.0), 1.0), 3.5, size, threads, say, meter),
-    ]
+    portraits = both(size, threads, say, meter)
     seconds = clock.perf_counter() - start
     how = {"threads": threads or cores(), "quick": quick}
     written, stem = _saved(portraits, folder / "fastaff-demo", how, overwrite)
@@ -126,7 +123,19 @@ def run(
     return [image, *written]
 
 
-def _saved(portraits: list[Portrait], stem: Path, how: dict[str, Any], overwrite: bool) -> tuple[list[Path], Path]:
+def both(
+    size: Size, threads: int | None = None, say: Say = print, meter: Meter | None = None
+) -> tuple[Portrait, Portrait]:
+    """Compute the portraits of both bodies."""
+    return (
+        portrait("neo-Hookean", Body(NeoHookean(G=1.0, K=2.0), 1.0), 1.5, size, threads, say, meter),
+        portrait("hyperelastic", Body(Hyperelastic(C=1.0), 1.0), 3.5, size, threads, say, meter),
+    )
+
+
+def _saved(
+    portraits: tuple[Portrait, ...], stem: Path, how: dict[str, Any], overwrite: bool
+) -> tuple[list[Path], Path]:
     """Write section and map of each body with their parameters; return the files, and the beginning of their names: all
     have the number of the first.
     """
@@ -256,7 +265,7 @@ def _plane(p: Portrait) -> tuple[str, str]:
     return f"{other}/{r}", f"gamma/{r}"
 
 
-TYPE = {"figure.labelsize": 12.0, "axes.labelsize": 13.0, "axes.titlesize": 12.0}
+TYPE: Any = {"figure.labelsize": 12.0, "axes.labelsize": 13.0, "axes.titlesize": 12.0}
 TICKS = 11.0
 """Sizes in points: 7.5 pixels and more on a telephone, whose 390 pixels show the 7.2 inches of the figure."""
 

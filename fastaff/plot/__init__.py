@@ -1,7 +1,9 @@
 """Figures: every function takes `ax=`, new axes where it is not given, and returns the artists it made.
 
-All have one style (`style`), in force while they draw and only then; Matplotlib is imported when the first is drawn. A
-click on a figure tells the orbit (`picked`). `result.plot()` draws the usual figure of a result.
+All have one style (`style`), in force while they draw and only then; Matplotlib is imported when the first is drawn.
+The ground and the ink are the user's, for example those of ``plt.style.context("dark_background")``; other colours
+follow from the ground. A click on a figure tells the orbit (`picked`). `result.plot()` draws the usual figure of a
+result.
 """
 
 from ..sections.section_edge import Edge, edge

@@ -26,7 +26,7 @@ from ..systems.models.contracts import SeparableModel
 from ..systems.models.mechanics import System
 from .curves import BODY, planes_of
 from .sections import words
-from .style import ACCENT, DARK, GREY, LINES, PALE, styled, symbol
+from .style import Palette, styled, symbol
 
 ENDINGS = (".gif", ".mp4")
 SPOKES = 8
@@ -214,22 +214,23 @@ def _body(
 ) -> Callable[[int], None]:
     """Draw one body; return the function that sets it to a frame."""
     lines, marked = material_lines()
+    palette = Palette.of(above)
     above.set(xlim=(-size, size), ylim=(-size, size), aspect="equal", xticks=[], yticks=[], title=head)
     for side in above.spines.values():
-        side.set_color("0.85")
-    (inside,) = above.fill([], [], color="#dfe8f3", zorder=1)
-    thin = [above.plot([], [], color=DARK, lw=1.8 if k == 0 else 0.7, zorder=3)[0] for k in range(len(lines))]
-    (spoke,) = above.plot([], [], color=ACCENT, lw=2.0, zorder=4)
-    (trace,) = above.plot([], [], color=ACCENT, lw=0.8, alpha=0.6, zorder=2)
+        side.set_color(palette.grey(0.85))
+    (inside,) = above.fill([], [], color=palette.tint, zorder=1)
+    thin = [above.plot([], [], color=palette.main, lw=1.8 if k == 0 else 0.7, zorder=3)[0] for k in range(len(lines))]
+    (spoke,) = above.plot([], [], color=palette.accent, lw=2.0, zorder=4)
+    (trace,) = above.plot([], [], color=palette.accent, lw=0.8, alpha=0.6, zorder=2)
     tip = phi[:, 0]  # of the marked spoke
     alpha = np.hypot(z[:, 0], z[:, 1])
     beta = np.hypot(z[:, 2], z[:, 3])
     stretches = (alpha + beta) / np.sqrt(2), (alpha - beta) / np.sqrt(2)
-    for row, colour, name in zip(stretches, (DARK, PALE), ("D_1", "D_2")):
+    for row, colour, name in zip(stretches, (palette.main, palette.pale), ("D_1", "D_2")):
         below.plot(times, row, color=colour, lw=0.9, label=f"${name}$")
     below.legend(loc="lower right", bbox_to_anchor=(1.0, 0.93), ncols=2, frameon=False, borderpad=0.2, handlelength=1.2)
     below.set(xlabel="time $t$", xlim=(times[0], times[-1]))
-    now = below.axvline(times[0], color=ACCENT, lw=1.2)
+    now = below.axvline(times[0], color=palette.accent, lw=1.2)
 
     def draw(k: int) -> None:
         matrix = phi[:, :, k]
@@ -260,12 +261,13 @@ def _points(system: System, states: np.ndarray, times: np.ndarray, heads: list[s
     for k, ax in enumerate(axes):
         z = states[0, :, k]
         energy = float(system.energies(z))
+        palette = Palette.of(ax)
         low = float(np.min(V, where=np.isfinite(V), initial=np.inf))
         if energy > low:
-            ax.contour(x, y, V, levels=np.linspace(low, energy, 8)[1:-1], colors="0.82", linewidths=0.7)
-            ax.contour(x, y, V, levels=[energy], colors=GREY, linewidths=1.4)
+            ax.contour(x, y, V, levels=np.linspace(low, energy, 8)[1:-1], colors=[palette.grey(0.82)], linewidths=0.7)
+            ax.contour(x, y, V, levels=[energy], colors=[palette.lost], linewidths=1.4)
         ax.set(title=heads[k], aspect="equal", xlabel=f"${symbol(names[0])}$", ylabel=f"${symbol(names[1])}$")
-        panels.append(_point(ax, states[:, :2, k]))
+        panels.append(_point(ax, states[:, :2, k], palette.main, palette.accent))
     return figure, panels
 
 
@@ -297,8 +299,10 @@ def _linkages(system: System, states: np.ndarray, times: np.ndarray, heads: list
 
 def _linkage(ax: Any, places: np.ndarray) -> Callable[[int], None]:
     """Draw rods between joints (2, joints, frames), and the trace of the last; return the function that sets frames."""
-    (trace,) = ax.plot([], [], color=PALE, lw=0.9)
-    (rods,) = ax.plot([], [], "-o", color=DARK, lw=1.6, ms=7, mfc=ACCENT, mec=DARK, zorder=4)
+    palette = Palette.of(ax)
+    (trace,) = ax.plot([], [], color=palette.pale, lw=0.9)
+    style = {"color": palette.main, "mfc": palette.accent, "mec": palette.main}
+    (rods,) = ax.plot([], [], "-o", lw=1.6, ms=7, zorder=4, **style)
 
     def draw(k: int) -> None:
         trace.set_data(*places[:, -1, max(0, k - int(TRAIL * places.shape[2])) : k + 1])
@@ -307,11 +311,9 @@ def _linkage(ax: Any, places: np.ndarray) -> Callable[[int], None]:
     return draw
 
 
-def _point(
-    ax: Any, path: np.ndarray, ink: str = DARK, fill: str = ACCENT, label: str | None = None
-) -> Callable[[int], None]:
+def _point(ax: Any, path: np.ndarray, ink: str, fill: str, label: str | None = None) -> Callable[[int], None]:
     """Draw one point (frames, 2) with its trace; return the function that sets it to a frame."""
-    (whole_way,) = ax.plot([], [], color=PALE, lw=0.6, alpha=0.7)
+    (whole_way,) = ax.plot([], [], color=Palette.of(ax).pale, lw=0.6, alpha=0.7)
     (trace,) = ax.plot([], [], color=ink, lw=1.3)
     (point,) = ax.plot([], [], "o", color=fill, ms=7, zorder=4, label=label)
 
@@ -338,8 +340,9 @@ def _several(system: System, states: np.ndarray, times: np.ndarray, heads: list[
         middle = 0.5 * (low + high)
         ends = {f"{axis}lim": (c - half, c + half) for axis, c in zip("xy", middle, strict=True)}
         ax.set(title=heads[k], aspect="equal", xlabel="$x$", ylabel="$y$", **ends)
+        curves = Palette.of(ax).curves
         for body, name in enumerate(pair[0][1:] for pair in planes_of(tuple(names))):
-            colour, _ = LINES[body % len(LINES)]
+            colour, _ = curves[body % len(curves)]
             panels.append(_point(ax, paths[:, body, :, k], colour, colour, f"body {name}"))
         ax.legend(loc="upper right")
     return figure, panels

@@ -11,7 +11,7 @@ from ..core.numbers import numbers, whole
 from ..core.status import Status
 from ..runs.starts import ordered
 from .picking import carry
-from .style import ACCENT, Artists, beyond, colour_map, figure, symbol
+from .style import Artists, Palette, beyond, figure, symbol
 
 FAR = 1.6
 """Initial conditions beyond so many times the largest amplitude of the aperture, all lost, lie outside of the frame."""
@@ -82,7 +82,8 @@ def plot_aperture(
 
     end = float(np.max(result.t, initial=1.0))
     shown = np.clip(result.t, 1e-3 * end, end)
-    how = {"cmap": colour_map().reversed(), "norm": LogNorm(float(shown.min(initial=0.1 * end)), end)}
+    palette = Palette.of(ax)
+    how = {"cmap": palette.colour_map().reversed(), "norm": LogNorm(float(shown.min(initial=0.1 * end)), end)}
     plane = min(sides := (np.unique(across).size, np.unique(up).size)) > 1 and sides[0] * sides[1] == across.size
     points = ax.scatter(across, up, c=shown, s=14, linewidths=0, rasterized=True, **how)
     carry(points, across, up, np.arange(angle.size))
@@ -93,14 +94,16 @@ def plot_aperture(
     else:
         turned, aperture, open_ = _aperture(angle, radius, lost, bins)
         edge, name = _around(turned, aperture), "dynamic aperture"
-    (curve,) = ax.plot(*edge, color=ACCENT, lw=1.6, label=name, **({} if plane else {"marker": "o", "ms": 3}))
+    (curve,) = ax.plot(*edge, color=palette.accent, lw=1.6, label=name, **({} if plane else {"marker": "o", "ms": 3}))
     sure = ~open_ & np.isfinite(aperture)
     marked = [int(np.where(sure, aperture, np.inf).argmin())] if sure.any() else []
     at = np.array([aperture * np.cos(turned), aperture * np.sin(turned)])
-    (least,) = ax.plot(*at[:, marked], ls="", color=ACCENT, marker="*", ms=11, mec="white", label="least aperture")
+    (least,) = ax.plot(
+        *at[:, marked], ls="", color=palette.accent, marker="*", ms=11, mec=palette.ground, label="least aperture"
+    )
     drawn = [curve, *([least] if marked else [])]
     if not plane:
-        (beyond_,) = ax.plot(*at[:, open_], ls="", color=ACCENT, marker="^", ms=7, label="at least")
+        (beyond_,) = ax.plot(*at[:, open_], ls="", color=palette.accent, marker="^", ms=7, label="at least")
         drawn += [beyond_] if open_.any() else []
     known = aperture[np.isfinite(aperture)]
     said = "no aperture"

@@ -16,7 +16,7 @@ from ..periodic.continuation import Branch
 from ..periodic.found_orbits import Stability
 from .parameters import parameter_label
 from .picking import carry
-from .style import LINES, Artists, figure, symbol
+from .style import Artists, Palette, figure, symbol
 
 MARKS = {
     Event.FOLD: {"marker": "^", "label": "fold"},
@@ -90,6 +90,7 @@ def plot_backbone(
         raise ValueError(f"names must have {len(listed)} entries, one for each branch, got {len(names)}")
     row = _row(listed, y)
     turn = 2 * math.pi if angular else 1.0
+    palette = Palette.of(ax)
     seen: dict[str, int] = {}
     curves: list[Any] = []
     handles: list[Any] = []
@@ -97,8 +98,8 @@ def plot_backbone(
     for number, branch in enumerate(listed):
         name = str(number) if names is None else names[number]
         known = name in seen
-        kind = seen.setdefault(name, len(seen)) % len(LINES)
-        colour = LINES[kind][0]
+        kind = seen.setdefault(name, len(seen)) % len(palette.curves)
+        colour = palette.curves[kind][0]
         fine = (branch.orbits.status == Status.OK) & np.isfinite(branch.orbits.period)
         missing += int(np.count_nonzero(~fine))
         with np.errstate(all="ignore"):
@@ -120,8 +121,8 @@ def plot_backbone(
             handles += [] if known else ax.plot([], [], lw=1.7, label=name, **look)
     marks = _marked(ax, listed, turn, row) if bifurcations else []
     dashed = any(np.isfinite(curve.get_ydata()).any() for curve in curves[1::2])
-    handles += ax.plot([], [], color="0.3", lw=1.7, label="stable")
-    handles += ax.plot([], [], color="0.3", lw=1.2, ls=(0, (3, 1.6)), label="unstable") if dashed else []
+    handles += ax.plot([], [], color=palette.grey(0.3), lw=1.7, label="stable")
+    handles += ax.plot([], [], color=palette.grey(0.3), lw=1.2, ls=(0, (3, 1.6)), label="unstable") if dashed else []
     handles += [mark for mark in marks if not str(mark.get_label()).startswith("_")]
     legend = ax.legend(handles=handles, loc="best")
     turned = r"2\pi" if angular else "1"
@@ -183,7 +184,8 @@ def _mark(ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | No
     look = MARKS.get(kind, {"marker": "o", "label": kind.name.lower().replace("_", " ")})
     x = [event.parameter for event in found]
     y = [turn / e.period if row is None else e.amplitude[row] for e in found]
-    style = {"ls": "", "ms": 6.0, "mfc": "white", "mec": "black", "mew": 1.0, "zorder": 4}
+    palette = Palette.of(ax)
+    style = {"ls": "", "ms": 6.0, "mfc": palette.ground, "mec": palette.ink, "mew": 1.0, "zorder": 4}
     (mark,) = ax.plot(x, y, **style, **look)
     return mark
 

@@ -27,7 +27,7 @@ from .picking import carry
 from .scales import coloured, indicator_of, label_of, threshold_colours
 from .sections import above_frame, why
 from .starts import cell_edges, cut_sides, grey_cells, places, widths
-from .style import DARK, GREY, PALE_END, Artists, beyond, chosen_orbits, figure, outline, symbol
+from .style import Artists, Palette, beyond, chosen_orbits, figure, outline, symbol
 
 CLASSIFICATIONS = ("regular", "undecided", "chaotic")
 
@@ -70,7 +70,7 @@ def plot_chaos_map(
     -------
     Artists
         ``points`` are the cells or dots, ``lines`` the boundary. ``missing`` is the number of orbits without a value,
-        which are grey; the legend has the reasons. Inaccessible cells stay white. A click picks the orbit.
+        which are grey; the legend has the reasons. Inaccessible cells stay empty. A click picks the orbit.
 
     Examples
     --------
@@ -86,10 +86,11 @@ def plot_chaos_map(
         raise ValueError(f"chaos_map must be of the {orbits} orbits of starts, got {chaos_map.status.size}")
     fine = chaos_map.status == Status.OK
     colours = None
+    palette = Palette.of(ax)
     if indicator is None:
         each = np.where(chaos_map.chaotic, 2.0, np.where(chaos_map.regular, 0.0, 1.0))
         fine = fine & np.isfinite(chaos_map.values).any(axis=0)
-        how = _classification_colours()
+        how = _classification_colours(palette)
     else:
         row = chaos_map.names.index(indicator)
         each = chaos_map.values[row]
@@ -97,11 +98,11 @@ def plot_chaos_map(
         fine = fine & np.isfinite(each)
         given = {"vmin": vmin, "vmax": vmax, "norm": norm, "result": chaos_map}
         colours = coloured(indicator, np.where(fine, each, np.nan), threshold, **given)
-        how = {"cmap": threshold_colours(colours.falling), "norm": colours.norm}
+        how = {"cmap": threshold_colours(palette, colours.falling), "norm": colours.norm}
     points = _drawn(ax, starts, np.where(fine, each, np.nan), fine, how, size)
     legend = "" if fine.all() else why(chaos_map.status, ~fine)
     if legend:
-        handle = ax.scatter([], [], s=16, color=GREY, linewidths=0, label=legend)
+        handle = ax.scatter([], [], s=16, color=palette.lost, linewidths=0, label=legend)
         above_frame(ax, [handle])
     lines = [] if boundary is None else outline(ax, boundary)
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
@@ -122,17 +123,16 @@ def _drawn(ax: Any, starts: Any, each: np.ndarray, fine: np.ndarray, how: dict[s
         return carry(cells, at[0], at[1], number, cell=widths(starts))
     area = size if size is not None else float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
     if not fine.all():
-        gone = ax.scatter(*at[:, ~fine], s=area, color=GREY, linewidths=0, rasterized=True)
+        gone = ax.scatter(*at[:, ~fine], s=area, color=Palette.of(ax).lost, linewidths=0, rasterized=True)
         carry(gone, at[0, ~fine], at[1, ~fine], number[~fine])
     points = ax.scatter(*at[:, fine], c=each[fine], s=area, linewidths=0, rasterized=True, **how)
     return carry(points, at[0, fine], at[1, fine], number[fine])
 
 
-def _classification_colours() -> dict[str, Any]:
-    import matplotlib
+def _classification_colours(palette: Palette) -> dict[str, Any]:
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    colours = matplotlib.colormaps["cividis"]([0.1, 0.55, PALE_END])
+    colours = palette.cividis([0.1, 0.55, palette.bright])
     return {
         "cmap": ListedColormap(colours, name="fastaff_classification"),
         "norm": BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
@@ -152,7 +152,7 @@ def plot_chaotic_fraction(
     scan: ChaoticFraction,
     *,
     ax: Any = None,
-    colour: Any = DARK,
+    colour: Any = None,
     marker: str = "o",
     label: str | None = None,
     colorbar: bool = True,
@@ -165,7 +165,7 @@ def plot_chaotic_fraction(
         Result of `chaotic_fraction`.
     {ax}
     colour : str, optional
-        Colour of the curve of one parameter.
+        Colour of the curve of one parameter. Default: dark blue, or light blue on a dark ground.
     marker : str, default "o"
         Marker of the curve.
     label : str, optional
@@ -193,6 +193,8 @@ def plot_chaotic_fraction(
     if len(scan.axes) == 2:
         cells, bar = _fraction_map(scan, fraction, ax, colorbar)
         return Artists(cells, bar, (), (), missing)
+    palette = Palette.of(ax)
+    colour = palette.main if colour is None else colour
     x = scan.axes[0]
     known = np.isfinite(fraction)
     low, high = scan.interval()
@@ -201,7 +203,8 @@ def plot_chaotic_fraction(
     empty = scan.done & (scan.orbits == 0)
     if empty.any():
         ends = cell_edges(x)
-        lines += [ax.axvspan(ends[i], ends[i + 1], color="0.9", linewidth=0, zorder=0) for i in np.flatnonzero(empty)]
+        span = {"color": palette.shade, "linewidth": 0, "zorder": 0}
+        lines += [ax.axvspan(ends[i], ends[i + 1], **span) for i in np.flatnonzero(empty)]
     points = ax.errorbar(
         x[known],
         fraction[known],
@@ -219,16 +222,14 @@ def plot_chaotic_fraction(
 
 
 def _fraction_map(scan: ChaoticFraction, fraction: np.ndarray, ax: Any, colorbar: bool) -> tuple[Any, Any]:
-    import matplotlib
-    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.colors import Normalize
 
-    colours = ListedColormap(matplotlib.colormaps["cividis"](np.linspace(0.0, PALE_END, 256)))
+    palette = Palette.of(ax)
     image = np.ma.masked_invalid(fraction)
     edges = [cell_edges(axis) for axis in scan.axes]
-    ax.fill_between(
-        edges[0][[0, -1]], *edges[1][[0, -1]], facecolor="white", edgecolor="0.6", hatch="////", linewidth=0, zorder=0
-    )
-    cells = ax.pcolormesh(*edges, image.T, cmap=colours, norm=Normalize(0.0, 1.0), rasterized=True)
+    hatched = {"facecolor": palette.ground, "edgecolor": palette.grey(0.6), "hatch": "////", "linewidth": 0}
+    ax.fill_between(edges[0][[0, -1]], *edges[1][[0, -1]], zorder=0, **hatched)
+    cells = ax.pcolormesh(*edges, image.T, cmap=palette.colour_map(), norm=Normalize(0.0, 1.0), rasterized=True)
     ax.set(ylabel=parameter_label(scan.names[1]))
     return cells, ax.figure.colorbar(cells, ax=ax, label="chaotic fraction of the section") if colorbar else None
 
@@ -268,7 +269,7 @@ def plot_history(
     Notes
     -----
     - Time is logarithmic. Indicators that are logarithms are drawn as such, not far below the threshold (dotted line).
-    - Regular orbits are dark and solid, chaotic ones orange and thin, undecided ones dotted.
+    - Regular orbits are blue and solid, chaotic ones orange and thin, undecided ones dotted.
 
     Examples
     --------
@@ -290,13 +291,14 @@ def plot_history(
     chosen = chosen_orbits(orbits, total, 40)
     curves = []
     missing = 0
+    palette = Palette.of(ax)
     for i in chosen:
         known = np.isfinite(history[:, i]) & (times[:, i] > 0)
         missing += not known.any()
         chaotic = bool(chaos_map.chaotic[i])
         doubt = bool(chaos_map.undecided[i])
         style = {
-            "color": "#b35900" if chaotic else "#00306f",
+            "color": palette.accent if chaotic else palette.navy,
             "lw": 0.7 if chaotic else 1.1,
             "ls": ":" if doubt else "-",
         }
@@ -310,13 +312,13 @@ def plot_history(
     start = float(np.nanmedian(calm[0])) if calm.size and np.isfinite(calm[0]).any() else float(np.nanmax(history[0]))
     for slope in slopes:
         end = start + slope * math.log10(last / first)
-        drawn += ax.plot([first, last], [start, end], color="black", lw=1.2, ls=(0, (5, 2.5)), zorder=3)
+        drawn += ax.plot([first, last], [start, end], color=palette.ink, lw=1.2, ls=(0, (5, 2.5)), zorder=3)
         if labels:
             written.append(ax.text(last, end, rf"$t^{{{slope:g}}}$", va="bottom", ha="right", fontsize=9))
     threshold = float(np.median(chaos_map.thresholds[chaos_map.names.index(indicator), chosen]))
     known = indicator_of(indicator, chaos_map)
     ax.set(xlabel="time $t$", ylabel=label_of(indicator, known))
-    ax.axhline(threshold, color="0.5", lw=0.8, ls=(0, (1, 1.5)))
+    ax.axhline(threshold, color=palette.grey(0.5), lw=0.8, ls=(0, (1, 1.5)))
     if not getattr(known, "above", True) and ax.get_ylim()[0] < 1.5 * threshold:
         # room for the laws: chaotic orbits fall by hundreds of decades
         written.append(beyond(ax, f"curves go on down to {ax.dataLim.ymin:.3g}"))

@@ -17,7 +17,7 @@ from .curves import above_rounding, axes_of, equal_axes, in_space, smooth
 from .periodic import number_text
 from .picking import carry
 from .sections import why
-from .style import DARK, LINES, Artists, chosen_orbits, figure, nothing, symbol
+from .style import Artists, Palette, chosen_orbits, figure, nothing, symbol
 from .winding import argument_of, around_zero, broken
 
 MOST = 40
@@ -101,6 +101,7 @@ def plot_closed_orbits(
     chosen = chosen[drawn[chosen]]
     pairs = axes_of(tuple(orbits.names), x, y)
     curves = []
+    palette = Palette.of(ax)
     for number, k in enumerate(chosen):
         states = _closed(orbits, model, int(k))
         for body, names in enumerate(pairs):
@@ -110,7 +111,8 @@ def plot_closed_orbits(
             U, V = _once(U, V)
             kind = Stability(int(orbits.stability[k]))
             look = number if len(pairs) == 1 else body
-            colour = LINES[look % len(LINES)][0] if max(len(chosen), len(pairs)) <= NAMED else DARK
+            few = max(len(chosen), len(pairs)) <= NAMED
+            colour = palette.curves[look % len(palette.curves)][0] if few else palette.main
             label = _label(orbits, int(k), kind) if body == 0 else None
             (curve,) = ax.plot(U, V, color=colour, lw=1.2, ls="-" if kind in STABLE else (0, (4, 1.5)), label=label)
             curves.append(carry(curve, U, V, np.full(len(U), k)))

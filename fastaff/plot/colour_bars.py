@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .scales import Colouring, stepped
+from .style import Palette
 
 
 def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
@@ -32,8 +33,9 @@ def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
     bar.ax.axhline(threshold, color="black", lw=1.6)
     if colours.falling:
         bar.ax.invert_yaxis()
-    for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")) if stepped(colours) else ():
-        style = {"rotation": 90, "ha": "center", "va": "center", "fontsize": 7.5, "color": colour}
+    for where, text in ((0.25, "regular"), (0.75, "chaotic")) if stepped(colours) else ():
+        ground = drawn.cmap(1.0 - where if colours.falling else where)
+        style = {"rotation": 90, "ha": "center", "va": "center", "fontsize": 7.5, "color": Palette.on(ground[:3]).ink}
         bar.ax.text(0.5, where, text, transform=bar.ax.transAxes, **style)
     return bar
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.numbers import numbers
+from .style import Palette
 
 DENSE = 300_000
 """Points above which a section is drawn as an image."""
@@ -120,7 +121,7 @@ def draw_density(ax: Any, x: np.ndarray, y: np.ndarray, values: np.ndarray | Non
     cells = [int(np.clip(side, *CELLS)) for side in (box.width, box.height)]
     found = count_points(x, y, edges=(even_edges(x, cells[0]), even_edges(y, cells[1])), values=values)
     if found.mean is None:
-        blues = LinearSegmentedColormap.from_list("fastaff_density", ["#b9cfe8", "#5a8fc8", "#00306f", "#000d20"])
+        blues = LinearSegmentedColormap.from_list("fastaff_density", Palette.of(ax).blues)
         colours = {"cmap": blues, "norm": LogNorm(1, max(2, int(found.counts.max(initial=1))))}
         image = np.ma.masked_equal(found.counts, 0)
     else:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..chaos.measured_series import SeriesExponent
 from ..core.docstrings import inserts_parameters
-from .style import GREY, LINES, Artists, figure
+from .style import Artists, Palette, figure
 
 
 @figure
@@ -37,16 +37,17 @@ def plot_divergence(result: SeriesExponent, *, ax: Any = None) -> Artists:
     >>> len(fa.plot.plot_divergence(found).points)
     3
     """
+    palette = Palette.of(ax)
     curves = tuple(
         ax.plot(result.time, curve, lw=0.8, color=colour, ls=dashes)[0]
-        for curve, (colour, dashes) in zip(result.divergence, LINES, strict=False)
+        for curve, (colour, dashes) in zip(result.divergence, palette.curves, strict=False)
     )
     slope = ()
     if np.isfinite(result.exponent):
         ends = np.array(result.fitted)
         middle = np.interp(ends.mean(), result.time, result.divergence.mean(axis=0))
         line = middle + result.exponent * (ends - ends.mean())
-        slope = tuple(ax.plot(ends, line, color=GREY, ls="--", lw=1.2))
+        slope = tuple(ax.plot(ends, line, color=palette.lost, ls="--", lw=1.2))
     ax.set_xlabel("time")
     ax.set_ylabel("mean logarithmic distance")
     return Artists(curves, colorbar=None, lines=slope, labels=(), missing=0)

@@ -13,24 +13,13 @@ from ..frequencies.orbit_family import START_VALUES, OrbitFamilies, OrbitFamily
 from .frequencies import LABELS, fraction, in_frame
 from .picking import carry
 from .scales import label_of
-from .style import ACCENT, DARK, PALE, SMALL, Artists, figure, nothing
+from .style import SMALL, Artists, Palette, figure, nothing
 
 MOST = 8
 """Resonances with a mark of their own."""
 
 SAME = 1e-6
 """Relative difference of energies that are one energy."""
-
-LOOKS: dict[OrbitFamily, dict[str, Any]] = {
-    OrbitFamily.BOX: {"marker": "s", "color": "#7f2a5f", "s": 11.0, "zorder": 2.0},
-    OrbitFamily.AXIAL: {"marker": "+", "color": "black", "s": 20.0, "zorder": 3.0, "linewidths": 1.0},
-    OrbitFamily.IRREGULAR: {"marker": "x", "color": "0.55", "s": 11.0, "zorder": 1.0, "linewidths": 0.7},
-    OrbitFamily.UNDECIDED: {"marker": "o", "facecolors": "none", "edgecolors": "0.55", "s": 11.0, "zorder": 1.5},
-}
-"""Marks of families; loops have one for each sense, resonances one each."""
-
-SENSES = {1: {"marker": "o", "color": DARK, "s": 15.0}, -1: {"marker": "o", "color": PALE, "s": 15.0}}
-"""Marks of loops by their sense."""
 
 RESONANT = "^vD<>p*h"
 """Marks of resonances, frequent ones first."""
@@ -92,6 +81,7 @@ def plot_families(
     y = y or f"{names[1]}/{names[0]}"
     across, up = (_values(families, name) for name in (x, y))
     good = (families.status == Status.OK) & np.isfinite(across) & np.isfinite(up)
+    palette = Palette.of(ax)
     marks = []
     resonances = 0
     others = np.zeros(good.shape, bool)
@@ -101,20 +91,21 @@ def plot_families(
             continue
         family = OrbitFamily(int(families.family[mine[0]]))
         if family == OrbitFamily.LOOP:
-            look = SENSES[int(families.sense[mine[0]])]
+            colour = palette.main if families.sense[mine[0]] > 0 else palette.pale
+            look = {"marker": "o", "color": colour, "s": 15.0}
         elif family == OrbitFamily.RESONANT:
             resonances += 1
             if resonances > MOST:
                 others |= mask & good
                 continue
-            colour = (ACCENT, "#009e73", "#cc79a7")[(resonances - 1) % 3]
+            colour = (palette.accent, "#009e73", "#cc79a7")[(resonances - 1) % 3]
             look = {"marker": RESONANT[resonances - 1], "color": colour, "s": 18.0, "zorder": 3.0}
         else:
-            look = LOOKS[family]
+            look = _looks(palette)[family]
         marks.append(_mark(ax, across, up, mine, f"{mine.size} {name}", look))
     if others.any():
         mine = np.flatnonzero(others)
-        look = {"marker": ".", "color": ACCENT, "s": 18.0, "zorder": 3.0}
+        look = {"marker": ".", "color": palette.accent, "s": 18.0, "zorder": 3.0}
         marks.append(_mark(ax, across, up, mine, f"{mine.size} other resonances", look))
     missing = int(np.count_nonzero(~good))
     counts = {name: int(np.count_nonzero(mask & ~good)) for name, mask in families.members().items()}
@@ -126,10 +117,21 @@ def plot_families(
         steady = np.isin(families.family[good], (OrbitFamily.BOX, OrbitFamily.LOOP, OrbitFamily.RESONANT))
         notes = in_frame(ax, across[good], up[good], steady, None)
         notes += [f"{missing} of {good.size} orbits not drawn: {reasons}"] if missing else []
-        ax.set_title("; ".join(notes), fontsize=SMALL, loc="right", color="0.35", wrap=True)
+        ax.set_title("; ".join(notes), fontsize=SMALL, loc="right", color=palette.grey(0.35), wrap=True)
     if legend and marks:
         ax.legend(handles=marks, loc="center left", bbox_to_anchor=(1.01, 0.5), title=f"{good.size} orbits")
     return Artists(tuple(marks), None, (), (), missing)
+
+
+def _looks(palette: Palette) -> dict[OrbitFamily, dict[str, Any]]:
+    """Return the marks of families; loops have one for each sense, resonances one each."""
+    doubt = palette.grey(0.55)
+    return {
+        OrbitFamily.BOX: {"marker": "s", "color": palette.plum, "s": 11.0, "zorder": 2.0},
+        OrbitFamily.AXIAL: {"marker": "+", "color": palette.ink, "s": 20.0, "zorder": 3.0, "linewidths": 1.0},
+        OrbitFamily.IRREGULAR: {"marker": "x", "color": doubt, "s": 11.0, "zorder": 1.0, "linewidths": 0.7},
+        OrbitFamily.UNDECIDED: {"marker": "o", "facecolors": "none", "edgecolors": doubt, "s": 11.0, "zorder": 1.5},
+    }
 
 
 def _mark(ax: Any, across: np.ndarray, up: np.ndarray, mine: np.ndarray, label: str, look: dict) -> Any:

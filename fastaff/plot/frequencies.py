@@ -23,7 +23,7 @@ from .ratios import frequencies_of, frequency, lines_of
 from .resonances import formula
 from .scales import colouring, colours_of, orbit_colours
 from .sections import why
-from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol
+from .style import Artists, Palette, beyond, figure, nothing, symbol
 
 LABELS = {
     "energy": "energy $E$",
@@ -115,7 +115,7 @@ def plot_frequency_map(
     good &= np.ones(good.shape, bool) if shown is None else np.asarray(shown)
     order = np.random.default_rng(0).permutation(np.flatnonzero(good))
     area = size if size is not None else float(np.clip(24000 / max(order.size, 1), 1.2, 16.0))
-    how = {"cmap": colours_of(values), "norm": values.norm}
+    how = {"cmap": colours_of(values, Palette.of(ax)), "norm": values.norm}
     points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
     carry(points, X[order], Y[order], order)
     calm = frequency_map.regular[order]
@@ -246,7 +246,9 @@ def _one_frequency(found: Any, ax: Any) -> Artists:
     good = (found.status == Status.OK) & np.isfinite(found.error[0])
     numbers = np.flatnonzero(good)
     calm = found.classification[good] != Classification.IRREGULAR
-    points = ax.scatter(numbers, found.nu[0, good], c=np.where(calm, DARK, GREY), s=12.0, linewidths=0)
+    palette = Palette.of(ax)
+    colours = [palette.main if regular else palette.lost for regular in calm]
+    points = ax.scatter(numbers, found.nu[0, good], c=colours, s=12.0, linewidths=0)
     ax.set(xlabel="orbit", ylabel=f"${fraction(found.names[0], letter_of(found))}$")
     carry(points, numbers, found.nu[0, good], numbers)
     return Artists(points, None, (), (), int(np.count_nonzero(~good)))
@@ -274,13 +276,14 @@ def _draw_lines(
 
     x0, x1 = ax.get_xlim()
     y0, y1 = ax.get_ylim()
+    palette = Palette.of(ax)
     drawn: list[Any] = []
     labels: list[Any] = []
     taken: list[float] = []
     slanted: list[tuple[np.ndarray, str]] = []
     for k1, k2, k0 in sorted((tuple(line) for line in lines), key=lambda k: sum(map(abs, k))):
         order = abs(k1) + abs(k2) + abs(k0)
-        style = {"color": "0.25", "lw": float(np.clip(6.0 / order, 0.5, 1.1)), "zorder": 1, "alpha": 0.75}
+        style = {"color": palette.grey(0.25), "lw": float(np.clip(6.0 / order, 0.5, 1.1)), "zorder": 1, "alpha": 0.75}
         if k2 == 0 and k1:
             at = -k0 / k1
             if not x0 < at < x1:
@@ -307,7 +310,7 @@ def _draw_lines(
         extents = [note.get_window_extent() for note in noted]
         room = [LabelBox(np.mean([box.min, box.max], axis=0), np.array(box.size) / 2, 0.0) for box in extents]
         dots = drawn_points(ax)
-        how = {"path_effects": [withStroke(linewidth=2.0, foreground="white")]}
+        how = {"path_effects": [withStroke(linewidth=2.0, foreground=palette.ground)]}
         written = [write_along(ax, curve, text, room, lift=0.6, points=dots, **how) for curve, text in slanted]
         labels += [text for text in written if text is not None]
     return tuple(drawn), tuple(labels)

@@ -11,7 +11,7 @@ from ..core.status import Status
 from ..sections.islands import Islands, Rotation
 from .picking import carry
 from .sections import why
-from .style import DARK, LINES, PLATE, Artists, figure, nothing
+from .style import Artists, Palette, figure, nothing
 
 
 @figure
@@ -48,7 +48,7 @@ def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str
         raise ValueError(f"x must have shape {rotation.shape}, one number for each orbit, got {at.shape}")
     fine = (np.atleast_1d(result.status) == Status.OK) & np.isfinite(rotation) & np.isfinite(error)
     style = {"ls": "", "marker": "o", "ms": 3.0, "lw": 0.8, "capsize": 1.5}
-    points = ax.errorbar(at[fine], rotation[fine], yerr=error[fine], color=DARK, **style)
+    points = ax.errorbar(at[fine], rotation[fine], yerr=error[fine], color=Palette.of(ax).main, **style)
     carry(points[0], at[fine], rotation[fine], np.flatnonzero(fine))
     if not fine.any():
         nothing(ax, why(np.atleast_1d(result.status), ~fine))
@@ -91,8 +91,10 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
     v = y[island, which]
     orbit = own[which]
     chains = {int(q): k for k, q in enumerate(np.unique(result.q[own]))}
-    colours = [LINES[(chains[int(result.q[k])] + 1) % len(LINES)][0] for k in orbit]  # told from dark crossings
-    points = carry(ax.scatter(u, v, s=10, c=colours or DARK, zorder=4), u, v, orbit, island)
+    palette = Palette.of(ax)
+    ring = palette.curves[1:] + palette.curves[:1]  # told from crossings
+    colours = [ring[chains[int(result.q[k])] % len(ring)][0] for k in orbit]
+    points = carry(ax.scatter(u, v, s=10, c=colours or palette.main, zorder=4), u, v, orbit, island)
     ellipses = []
     for a, b, k, i, colour in zip(u, v, orbit, island, colours):
         width, height = 2 * result.semi_axes[:, i, k]
@@ -105,7 +107,7 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
         if chain not in seen:
             seen.add(chain)
             text = f"{chain[0]}/{chain[1]}"
-            place = {"xytext": (5, 5), "textcoords": "offset points", "fontsize": 8, "bbox": PLATE, "zorder": 5}
+            place = {"xytext": (5, 5), "textcoords": "offset points", "fontsize": 8, "bbox": palette.plate, "zorder": 5}
             written.append(ax.annotate(text, tuple(result.centres[:, 0, k]), **place))
     if not u.size:
         nothing(ax, "no chain of islands")

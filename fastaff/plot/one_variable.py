@@ -13,7 +13,7 @@ from ..engine.values import at_points
 from ..runs.requirements import checked_system
 from ..systems.models.contracts import FormulaMap
 from .parameters import parameter_label
-from .style import DARK, GREY, LINES, Artists, figure, symbol
+from .style import Artists, Palette, figure, symbol
 
 CURVE = 400
 """Points of the curve of a map."""
@@ -53,7 +53,9 @@ def plot_bifurcation_diagram(diagram: BifurcationDiagram, *, ax: Any = None, siz
     """
     values = np.broadcast_to(diagram.values, diagram.points.shape)
     there = np.isfinite(diagram.points)
-    (points,) = ax.plot(values[there], diagram.points[there], ls="", marker=".", ms=2 * size, mew=0, color=DARK)
+    (points,) = ax.plot(
+        values[there], diagram.points[there], ls="", marker=".", ms=2 * size, mew=0, color=Palette.of(ax).main
+    )
     points.set_rasterized(True)
     ax.set_xlabel(parameter_label(diagram.parameter))
     ax.set_ylabel(symbol(diagram.names[0]))
@@ -111,10 +113,11 @@ def plot_cobweb(model: FormulaMap, x0: float, *, iterates: int = 50, ax: Any = N
     if period > 0:
         above -= period * np.rint(above / period)
         above[1:][np.abs(np.diff(above)) > period / 2] = np.nan
-    (curve,) = ax.plot(at, np.where(inside & np.isfinite(above), above, np.nan), color=DARK, lw=1.4)
-    (diagonal,) = ax.plot(at, at, color=GREY, lw=0.9)
+    palette = Palette.of(ax)
+    (curve,) = ax.plot(at, np.where(inside & np.isfinite(above), above, np.nan), color=palette.main, lw=1.4)
+    (diagonal,) = ax.plot(at, at, color=palette.lost, lw=0.9)
     steps = np.repeat(x, 2)
-    (web,) = ax.plot(steps[:-1], np.concatenate([[x[0]], steps[2:]]), color=LINES[0][0], lw=0.8)
+    (web,) = ax.plot(steps[:-1], np.concatenate([[x[0]], steps[2:]]), color=palette.main, lw=0.8)
     name = symbol(system.row_names[0])
     ax.set_xlabel(name)
     ax.set_ylabel(f"image of {name}")

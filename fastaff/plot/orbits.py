@@ -16,7 +16,7 @@ from ..runs.tangent_map import TangentMap
 from .curves import above_rounding, axes_of, equal_axes, in_space, smooth
 from .picking import carry
 from .sections import why
-from .style import DARK, GREY, LINES, Artists, chosen_orbits, figure, nothing, symbol
+from .style import Artists, Palette, chosen_orbits, figure, nothing, symbol
 from .winding import around_zero, broken
 
 MOST = 40
@@ -73,6 +73,7 @@ def plot_orbits(
         states, times = smooth(result, samples[:, :, chosen], result.times)
         times = times[:, None]
     gone = status[chosen] != Status.OK
+    palette = Palette.of(ax)
     curves = []
     finite = False
     for number, (across, up) in enumerate(bodies):
@@ -80,7 +81,8 @@ def plot_orbits(
         u, v = (around_zero(result, name, row) for name, row in zip((across, up), plain, strict=True))
         finite |= bool((np.isfinite(u) & np.isfinite(v)).any())
         for k in range(len(chosen)):
-            colour, dashes = _look(number if len(bodies) > 1 else k, len(bodies) if len(bodies) > 1 else len(chosen))
+            alike = (number, len(bodies)) if len(bodies) > 1 else (k, len(chosen))
+            colour, dashes = _look(palette, *alike)
             how: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.0}
             if sampled:
                 how = {"marker": ".", "ls": "", "ms": 1.5} if iterated else {"lw": 0.8, "alpha": 0.85, "ls": dashes}
@@ -88,16 +90,17 @@ def plot_orbits(
                 how |= {"marker": "o", "ms": 4.0, "markevery": [-1]}  # where each body is at the end
                 how |= {"label": f"body {across[1:]}"} if k == 0 else {}
             U, V, moment = broken(u[:, k], v[:, k], (plain[0][:, k], plain[1][:, k]))
-            (curve,) = ax.plot(U, V, color=GREY if gone[k] else colour, **how)
+            (curve,) = ax.plot(U, V, color=palette.lost if gone[k] else colour, **how)
             nearest = np.rint(moment * (max(len(result.times), 1) - 1) / max(len(u) - 1, 1)).astype(int)
             curves.append(carry(curve, U, V, np.full(len(U), chosen[k]), nearest if result.z.ndim > 1 else None))
     _name(ax, curves, bodies, why(status[chosen], gone) if gone.any() or not finite else "", finite)
     return Artists(tuple(curves), None, (), (), total - len(chosen))
 
 
-def _look(number: int, curves: int) -> tuple[str, Any]:
+def _look(palette: Palette, number: int, curves: int) -> tuple[str, Any]:
     """Return colour and dashes of one of so many curves; up to five are told apart, in grey too."""
-    return LINES[number % len(LINES)] if curves <= len(LINES) else (DARK, "-")
+    looks = palette.curves
+    return looks[number % len(looks)] if curves <= len(looks) else (palette.main, "-")
 
 
 def _name(ax: Any, curves: list, bodies: list[tuple[str, str]], ended: str, finite: bool) -> None:
@@ -106,7 +109,7 @@ def _name(ax: Any, curves: list, bodies: list[tuple[str, str]], ended: str, fini
     if not finite:
         nothing(ax, ended)
     elif ended:
-        named += ax.plot([], [], color=GREY, label=ended)
+        named += ax.plot([], [], color=Palette.of(ax).lost, label=ended)
     if named:
         ax.legend(handles=named, loc="upper right")
     x, y = bodies[0]
@@ -167,8 +170,9 @@ def plot_tangent_map(result: TangentMap, *, ax: Any = None) -> Artists:
     length[:, ~fine] = np.nan
     number = np.arange(length.shape[1])
     marks = []
+    curves = Palette.of(ax).curves
     for k, row in enumerate(length):
-        colour = LINES[k % len(LINES)][0]
+        colour = curves[k % len(curves)][0]
         (mark,) = ax.plot(number, row, ls="", marker="osD^v"[k % 5], ms=3.5, color=colour, label=str(k))
         marks.append(carry(mark, number, row, number))
     if not np.isfinite(length).any():

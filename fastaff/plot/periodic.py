@@ -18,7 +18,7 @@ from ..runs.coordinates import in_chart
 from ..systems.charts import ALPHA_BETA, Chart
 from .curves import above_rounding
 from .picking import carry
-from .style import Artists, figure, symbol
+from .style import Artists, Palette, figure, symbol
 
 STYLES = {
     Stability.ELLIPTIC: {"marker": "o", "mfc": "#e69f00", "mec": "black", "ms": 6.5, "mew": 0.9},
@@ -186,7 +186,7 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
                     side = centre - pixels[o, j]
                     at = j
         offset = side * 72 / ax.figure.dpi
-        halo = [withStroke(linewidth=2.5, foreground="white")]
+        halo = [withStroke(linewidth=2.5, foreground=Palette.of(ax).ground)]
         style = {"ha": "center", "va": "center", "fontsize": fontsize, "zorder": 6, "path_effects": halo}
         written.append(
             ax.annotate(text, (u[o, at], v[o, at]), xytext=tuple(offset), textcoords="offset points", **style)

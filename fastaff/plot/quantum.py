@@ -1,7 +1,7 @@
 """Figures of quantum levels and states: level diagrams, spectra of whole bodies, degeneracies, densities.
 
 As in `fastaff.plot`, every function takes `ax=` and returns the artists it made. Curves differ in line style too where
-colours tell them apart; colours are cividis, or dark ones that are the same to people with any kind of colour vision.
+colours tell them apart; colours are cividis, or a few that differ by lightness too.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..quantum.states.vibration_state import VibrationState
 from ..sections.accessible_box import potential_of
 from ..systems.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from .parameters import parameter_label
-from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
+from .style import Artists, Palette, figure, symbol
 
 ENERGY = "energy $E$"
 NEGLIGIBLE = 1e-3
@@ -88,6 +88,7 @@ def plot_levels(
     x = diagram.values[order]
     scale = np.broadcast_to(np.asarray(unit, float), diagram.values.shape)[order]
     top = diagram.E[order, :, -1].min(axis=1) / scale
+    palette = Palette.of(ax)
     drawn: list[Any] = []
     ends = []
     missing = 0
@@ -98,7 +99,7 @@ def plot_levels(
         if not inside.any():
             missing += 1
             continue
-        colour, style, label = _look(diagram, curve)
+        colour, style, label = _look(palette.curves, diagram, curve)
         drawn += ax.plot(
             x,
             np.where(inside, E, np.nan),
@@ -116,7 +117,7 @@ def plot_levels(
     high = float(np.nanmax(top))
     room = 0.04 * (high - low) if high > low else 0.5
     ax.set(xlabel=quantum_label(diagram.name), ylabel=ylabel, ylim=(low - room, high + room))
-    unknown = ax.fill_between(x, top, high + room, color="0.9", linewidth=0, zorder=0)
+    unknown = ax.fill_between(x, top, high + room, color=palette.shade, linewidth=0, zorder=0)
     if diagram.name in ("m", "l"):
         ax.xaxis.get_major_locator().set_params(integer=True)
     written = _written(ax, ends, diagram) if numbers else ()
@@ -137,14 +138,14 @@ def plot_levels(
     return Artists(drawn, None, (unknown,), written, missing)
 
 
-def _look(diagram: LevelDiagram, curve: Curve) -> tuple[Any, Any, str | None]:
+def _look(looks: Sequence[Any], diagram: LevelDiagram, curve: Curve) -> tuple[Any, Any, str | None]:
     """Return colour, line style and legend of a curve."""
     if diagram.m.shape[1] > 1:
-        colour, style = LINES[curve.column % len(LINES)]
+        colour, style = looks[curve.column % len(looks)]
         return colour, style, f"({diagram.m[0, curve.column]}, {diagram.l[0, curve.column]})"
     if len(diagram.names) == 1:
-        return LINES[0][0], "-", None
-    colour, style = LINES[curve.label[1] % len(LINES)]
+        return looks[0][0], "-", None
+    colour, style = looks[curve.label[1] % len(looks)]
     return colour, style, str(curve.label[1])
 
 
@@ -208,7 +209,6 @@ def plot_spectrum(
     >>> fa.plot.plot_spectrum(levels).missing
     0
     """
-    import matplotlib
     from matplotlib.collections import LineCollection
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
@@ -218,7 +218,7 @@ def plot_spectrum(
     E = levels.E[order] / unit
     vorticity = np.abs(levels.l[order])
     half = 0.46 - 0.3 * vorticity / max(size, 1)
-    colours = ListedColormap(matplotlib.colormaps["cividis"](np.linspace(0.0, 0.9, size + 1)), name="fastaff_quanta")
+    colours = ListedColormap(Palette.of(ax).cividis(np.linspace(0.0, 0.9, size + 1)), name="fastaff_quanta")
     segments: Any = np.stack([np.stack([m - half, E], 1), np.stack([m + half, E], 1)], 1)
     lines = LineCollection(
         segments, array=vorticity, cmap=colours, norm=BoundaryNorm(np.arange(size + 2) - 0.5, size + 1), linewidths=1.3
@@ -269,8 +269,9 @@ def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, 
     gathered = levels.multiplets()
     E = gathered.E / unit
     degeneracy = gathered.degeneracy
-    stems = ax.vlines(E, 0, degeneracy, color=PALE, lw=0.9)
-    dots = ax.scatter(E, degeneracy, s=12, color=DARK, zorder=3)
+    palette = Palette.of(ax)
+    stems = ax.vlines(E, 0, degeneracy, color=palette.pale, lw=0.9)
+    dots = ax.scatter(E, degeneracy, s=12, color=palette.main, zorder=3)
     ax.set(xlabel=xlabel, ylabel="degeneracy", ylim=(0, 1.08 * max(int(degeneracy.max(initial=1)), 1)))
     ax.yaxis.get_major_locator().set_params(integer=True)
     return Artists(dots, None, (stems,), (), 0)
@@ -358,7 +359,7 @@ def plot_density(
         lines.append(ax.contour(x, y, gap, levels=[0.0], colors="white", linewidths=1.0, linestyles=[(0, (4, 3))]))
     _cased(lines)
     if not inside.all():
-        ax.contour(x, y, np.minimum(alpha, beta), levels=[0.0], colors="0.6", linewidths=0.7)
+        ax.contour(x, y, np.minimum(alpha, beta), levels=[0.0], colors=[Palette.of(ax).grey(0.6)], linewidths=0.7)
     first, second = (f"${symbol(name)}$" for name in chosen.names[:2])
     ax.set(xlabel=first + _unit(chosen, 0), ylabel=second + _unit(chosen, 1), xlim=(x0, x1), ylim=(y0, y1))
     bar = ax.figure.colorbar(image, ax=ax, label=_per(first, second)) if colorbar else None
@@ -399,7 +400,7 @@ def _image(ax: Any, density: np.ndarray, x: np.ndarray, y: np.ndarray, norm: Any
         origin="lower",
         aspect="auto",
         interpolation="bilinear",
-        cmap=colour_map(),
+        cmap=Palette.of(ax).image_map(),
         norm=norm,
         vmin=None if norm else 0.0,
     )

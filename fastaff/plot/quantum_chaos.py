@@ -22,13 +22,10 @@ from .periodic import plot_periodic
 from .picking import carry
 from .sections import section_coordinates
 from .starts import cut_sides, places, widths
-from .style import ACCENT, DARK, Artists, beyond, figure, outline, symbol
+from .style import Artists, Palette, beyond, figure, outline, symbol
 
 LABELLED = 'laws of spacings, or such by their labels, as {"Poisson": BerryRobnik(0.0)}'
 """Description of the laws of a figure."""
-
-LAWS = ((ACCENT, "-"), (DARK, "--"), ("0.25", (0, (1, 1.2))), ("#7a8fb8", "-."))
-"""Colour and dashes of the laws, in turn."""
 
 
 @figure
@@ -59,7 +56,7 @@ def plot_husimi(
     boundary : Edge, optional
         Boundary of the accessible region, from `edge`.
     peak : float, optional
-        Value of the darkest colour. Default: the largest value.
+        Value at the end of the colours. Default: the largest value.
     size : float, default 0.5
         Area of a dot in square points.
     orbits : PeriodicOrbits, optional
@@ -70,7 +67,7 @@ def plot_husimi(
     -------
     Artists
         ``points`` are the cells, ``lines`` the dots, the boundary and the marks. ``missing`` is the number of values
-        that are not finite. White is 0 or inaccessible. A click picks the orbit of a cell.
+        that are not finite. The ground is 0 or inaccessible. A click picks the orbit of a cell.
 
     Examples
     --------
@@ -87,9 +84,9 @@ def plot_husimi(
         raise ValueError(
             f"values must have shape {grid.cell_index.shape}, one for each orbit of the grid, got {each.shape}"
         )
-    colours = LinearSegmentedColormap.from_list(
-        "fastaff_husimi", ["#ffffff", "#f6d9b8", "#e39a4f", "#a8500b", "#4a1d00"]
-    )
+    palette = Palette.of(ax)
+    shades: list[Any] = [palette.ground, *palette.browns]
+    colours = LinearSegmentedColormap.from_list("fastaff_husimi", shades)
     top = float(np.max(each, where=np.isfinite(each), initial=0.0)) or 1.0 if peak is None else peak
     image = np.ma.masked_invalid(grid.to_grid(each))
     # Smooth between cells, as the function is; the section's edge is drawn by `boundary`.
@@ -101,7 +98,9 @@ def plot_husimi(
         names, z = section_coordinates(section_map, ALPHA_BETA)
         u, v = (z[names.index(name)].T.ravel() for name in grid.names)
         kept = np.isfinite(u) & np.isfinite(v)
-        lines.append(ax.scatter(u[kept], v[kept], s=size, color="#00306f", alpha=0.55, linewidths=0, rasterized=True))
+        lines.append(
+            ax.scatter(u[kept], v[kept], s=size, color=palette.navy, alpha=0.55, linewidths=0, rasterized=True)
+        )
     if boundary is not None:
         lines += outline(ax, boundary)
     at = places(grid)
@@ -125,7 +124,7 @@ def plot_spacings(
     ax: Any = None,
     bins: int = 20,
     top: float = 3.5,
-    colour: Any = "0.82",
+    colour: Any = None,
     label: str | None = None,
 ) -> Artists:
     """Plot a histogram of unfolded spacings, as a density, with laws for comparison.
@@ -143,7 +142,7 @@ def plot_spacings(
     top : float, default 3.5
         Largest spacing of the histogram.
     colour : str, optional
-        Colour of the histogram.
+        Colour of the histogram. Default: grey.
     label : str, optional
         Label of the histogram.
 
@@ -166,21 +165,27 @@ def plot_spacings(
     counts = np.histogram(s, edges)[0]
     total = max(s.size, 1)
     height = counts / (total * np.diff(edges))
-    bars = ax.bar(
-        edges[:-1], height, np.diff(edges), align="edge", color=colour, edgecolor="white", linewidth=0.5, label=label
-    )
+    palette = Palette.of(ax)
+    fill = {"color": palette.grey(0.82) if colour is None else colour, "edgecolor": palette.ground, "linewidth": 0.5}
+    bars = ax.bar(edges[:-1], height, np.diff(edges), align="edge", label=label, **fill)
     middle = (edges[1:] + edges[:-1]) / 2
     error = np.sqrt(counts * (1 - counts / total)) / (total * np.diff(edges))
-    ax.errorbar(middle, height, yerr=error, fmt="none", ecolor="0.45", elinewidth=0.8)
+    ax.errorbar(middle, height, yerr=error, fmt="none", ecolor=palette.grey(0.45), elinewidth=0.8)
     x = np.linspace(0.0, top, 400)
     lines = []
+    looks = _looks(palette)
     for number, (name, law) in enumerate(labelled.items()):
-        colour, dashes = LAWS[number % len(LAWS)]
+        colour, dashes = looks[number % len(looks)]
         lines += ax.plot(x, law.density(x), color=colour, ls=dashes, lw=1.5, label=name)
     ax.set(xlabel="spacing $s$ (unfolded)", ylabel="$P(s)$", xlim=(0.0, top))
     many = int(np.count_nonzero(s > top))
     texts = (beyond(ax, f"{many} of {s.size} spacings above {top:g}"),) if many else ()
     return Artists(bars, None, tuple(lines), texts, many)
+
+
+def _looks(palette: Palette) -> tuple[tuple[Any, Any], ...]:
+    """Return colours and dashes of laws, in turn."""
+    return (palette.accent, "-"), (palette.main, "--"), (palette.grey(0.25), (0, (1, 1.2))), ("#7a8fb8", "-.")
 
 
 def _labelled(laws: Any) -> Mapping[str, Any]:

@@ -18,7 +18,7 @@ from .labels import LabelBox, drawn_points, pixel_length, settled, write_along
 from .picking import carry
 from .scales import DIFFUSION, clipped
 from .sections import above_frame
-from .style import ACCENT, DARK, PLATE, Artists, colour_map, figure, nothing, symbol
+from .style import Artists, Palette, figure, nothing, symbol
 
 FEW = 3
 """Resonances without room for their names that a legend names."""
@@ -161,6 +161,7 @@ def plot_ratio_web(
     0
     """
     drawn = [ax.plot(*part.T, **_style(line.order))[0] for line in lines for part in line.lines]
+    palette = Palette.of(ax)
     points = bar = None
     missing = 0
     if nu is not None:
@@ -173,9 +174,9 @@ def plot_ratio_web(
         kept = np.isfinite(x) & np.isfinite(y) & np.isfinite(each)
         missing = int(np.count_nonzero(~kept))
         colours = (
-            {"color": DARK}
+            {"color": palette.main}
             if values is None
-            else {"c": each[kept], "cmap": colour_map(), "norm": norm or clipped(each)}
+            else {"c": each[kept], "cmap": palette.colour_map(), "norm": norm or clipped(each)}
         )
         limits = (ax.get_xlim(), ax.get_ylim())
         points = ax.scatter(x[kept], y[kept], s=5, linewidths=0, zorder=3, rasterized=True, **colours)
@@ -215,11 +216,11 @@ def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, l
     edges = histogram.edges
     counts = histogram.counts
     threshold = histogram.threshold
-    colours = [ACCENT if middle > threshold else DARK for middle in (edges[:-1] + edges[1:]) / 2]
-    bars = ax.bar(
-        edges[:-1], counts, width=np.diff(edges), align="edge", color=colours, linewidth=0.3, edgecolor="white"
-    )
-    line = ax.axvline(threshold, color="0.2", lw=1.0, ls=(0, (4, 2)))
+    palette = Palette.of(ax)
+    colours = [palette.accent if middle > threshold else palette.main for middle in (edges[:-1] + edges[1:]) / 2]
+    fill = {"color": colours, "linewidth": 0.3, "edgecolor": palette.ground}
+    bars = ax.bar(edges[:-1], counts, width=np.diff(edges), align="edge", **fill)
+    line = ax.axvline(threshold, color=palette.grey(0.2), lw=1.0, ls=(0, (4, 2)))
     ax.set(xlabel=label, ylabel="orbits", ylim=(0, 1.18 * max(1, counts.max())))
     text = ax.text(
         0.03,
@@ -229,13 +230,13 @@ def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, l
         ha="left",
         va="top",
         fontsize=9,
-        color=ACCENT,
+        color=palette.accent,
     )
     return Artists(bars, None, (line,), (text,), histogram.missing)
 
 
 def _style(order: int) -> dict[str, Any]:
-    """White with a dark casing, visible on both ends of cividis and on white."""
+    """White with a dark casing, visible on both ends of cividis and on any ground."""
     from matplotlib.patheffects import Normal, Stroke
 
     width = float(np.clip(8.0 / order, 0.6, 1.4))
@@ -273,6 +274,7 @@ def _named(
 ) -> tuple[tuple[Any, ...], list[str]]:
     """Name the longest lines, each on its longest part, as many as have room; return the texts, and the other names."""
     settled(ax)
+    plate = Palette.of(ax).plate
     dots = drawn_points(ax)
     taken: list[LabelBox] = []
     written: list[Any] = []
@@ -282,7 +284,7 @@ def _named(
         name = _name(line, names)
         left.append(name)
         for part in sorted(line.lines, key=lambda part: -pixel_length(ax, part)) if len(written) < most else ():
-            text = write_along(ax, part, name, taken, points=dots, zorder=4, bbox=PLATE)
+            text = write_along(ax, part, name, taken, points=dots, zorder=4, bbox=plate)
             if text is not None:
                 written.append(text)
                 left.pop()
@@ -318,7 +320,9 @@ def plot_resonances(resonances: Resonances, *, ax: Any = None, most: int = 12) -
     rows = resonances.table()[:most]
     text = [" and ".join(formula(k, resonances.names) for k in basis) or "none" for basis, _ in rows]
     counts = [count for _, count in rows]
-    bars = ax.barh(np.arange(len(rows)), counts, color=[DARK if basis else "0.72" for basis, _ in rows], height=0.7)
+    palette = Palette.of(ax)
+    colours = [palette.main if basis else palette.lost for basis, _ in rows]
+    bars = ax.barh(np.arange(len(rows)), counts, color=colours, height=0.7)
     if not rows:
         nothing(ax, "no orbit has frequencies")
     labels = ax.bar_label(bars, fontsize=8, padding=2)

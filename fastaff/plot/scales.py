@@ -25,7 +25,7 @@ from ..frequencies.own_lines import duration
 from ..frequencies.tunes import Tunes
 from ..results.result import Result, columns
 from .ratios import frequency
-from .style import PALE_END, colour_map, symbol
+from .style import Palette, symbol
 
 STEP = (0.36, 0.66)
 """The part of cividis that is left out at the threshold."""
@@ -103,13 +103,12 @@ def indicator_of(name: str, result: Any = None) -> Any:
     return known if style is None or (known is not None and IndicatorStyle.of(known) == style) else style
 
 
-def threshold_colours(falling: bool = False) -> Any:
+def threshold_colours(palette: Palette, falling: bool = False) -> Any:
     """Return cividis with a step in its middle, the bright half on the side of chaos."""
-    import matplotlib
     from matplotlib.colors import ListedColormap
 
-    place = np.concatenate([np.linspace(0.0, STEP[0], 128), np.linspace(STEP[1], PALE_END, 128)])
-    return ListedColormap(matplotlib.colormaps["cividis"](place[::-1] if falling else place), name="fastaff_threshold")
+    place = np.concatenate([np.linspace(0.0, STEP[0], 128), np.linspace(STEP[1], palette.bright, 128)])
+    return ListedColormap(palette.cividis(place[::-1] if falling else place), name="fastaff_threshold")
 
 
 def stepped(colours: Colouring) -> bool:
@@ -117,9 +116,9 @@ def stepped(colours: Colouring) -> bool:
     return getattr(colours.norm, "vcenter", None) is not None and colours.threshold is not None and colours.name != SLOW
 
 
-def colours_of(colours: Colouring) -> Any:
+def colours_of(colours: Colouring, palette: Palette) -> Any:
     """Return the map of colours: with a step at the threshold of an indicator."""
-    return threshold_colours(colours.falling) if stepped(colours) else colour_map()
+    return threshold_colours(palette, colours.falling) if stepped(colours) else palette.colour_map()
 
 
 def threshold_scale(values: Any, threshold: float, regular: float | None = None) -> Any:

@@ -23,7 +23,7 @@ from .density import DENSE, draw_density
 from .picking import carry
 from .scales import Colouring, colours_of, orbit_colours
 from .starts import places
-from .style import DARK, GREY, Artists, beyond, figure, outline, symbol
+from .style import Artists, Palette, beyond, figure, outline, symbol
 from .winding import argument_of
 
 SAME = 1e-8
@@ -59,7 +59,7 @@ def plot_section(
     {ax}
     values : array_like, shape (orbits,), str or Colouring, optional
         Colours: values, a column of the map such as ``"energy_error"``, or a `Colouring` of another result of the same
-        orbits, for example ``colouring(chaos_map, "sali")``. Default: one dark colour.
+        orbits, for example ``colouring(chaos_map, "sali")``. Default: one blue.
     x, y : str, optional
         Coordinates or momenta (``p_beta``), for a body of the chart. Default: those free on the section.
     chart : Chart, default ALPHA_BETA
@@ -195,7 +195,8 @@ def _draw(
     orbits: int,
 ) -> Any:
     """Draw crossings as an image or as dots."""
-    how = {} if colours is None else {"cmap": colours_of(colours), "norm": colours.norm}
+    palette = Palette.of(ax)
+    how = {} if colours is None else {"cmap": colours_of(colours, palette), "norm": colours.norm}
     if dense:
         x, y = flat
         image = draw_density(ax, x, y, None if colours is None else colours.values, **how)
@@ -208,7 +209,7 @@ def _draw(
     orbit = orbit[order]
     crossing = crossing[order]
     area = size if size is not None else float(np.clip(60000 / max(x.size + besides, 1), 0.25, 9.0))
-    how = {"color": DARK} if colours is None else {"c": colours.values[orbit], **how}
+    how = {"color": palette.main} if colours is None else {"c": colours.values[orbit], **how}
     points = ax.scatter(x, y, s=area, linewidths=0, rasterized=True, **how)
     return carry(points, x, y, orbit, crossing)
 
@@ -277,17 +278,19 @@ def _grey(ax: Any, flat: tuple[np.ndarray, ...], why: str, size: float | None, b
     if not x.size:
         return []
     area = size if size is not None else float(np.clip(60000 / (x.size + besides), 0.25, 9.0))
-    carry(ax.scatter(x, y, s=area, color=GREY, linewidths=0, rasterized=True, zorder=0.9), x, y, orbit, crossing)
-    return [ax.scatter([], [], s=16, color=GREY, linewidths=0, label=why)]
+    grey = Palette.of(ax).lost
+    carry(ax.scatter(x, y, s=area, color=grey, linewidths=0, rasterized=True, zorder=0.9), x, y, orbit, crossing)
+    return [ax.scatter([], [], s=16, color=grey, linewidths=0, label=why)]
 
 
 def _crosses(ax: Any, at: np.ndarray, chosen: np.ndarray, why: str) -> list[Any]:
     """Mark the starts of orbits that never crossed."""
     number = np.flatnonzero(chosen)
     area = float(np.clip(4000 / number.size, 3.0, 16.0))
-    marks = ax.scatter(*at[:, number], marker="x", s=area, color="0.6", linewidths=0.7, rasterized=True, zorder=0.9)
+    style = {"marker": "x", "color": Palette.of(ax).grey(0.6), "linewidths": 0.7}
+    marks = ax.scatter(*at[:, number], s=area, rasterized=True, zorder=0.9, **style)
     carry(marks, at[0, number], at[1, number], number)
-    return [ax.scatter([], [], marker="x", s=16, color="0.6", linewidths=0.7, label=f"no crossing: {why}")]
+    return [ax.scatter([], [], s=16, **style, label=f"no crossing: {why}")]
 
 
 def section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:

@@ -15,7 +15,7 @@ from ..sections.energy_sample import EnergySample
 from .colour_bars import colour_bar
 from .picking import carry
 from .scales import colouring, colours_of, orbit_colours
-from .style import DARK, GREY, Artists, beyond, figure, symbol
+from .style import Artists, Palette, beyond, figure, symbol
 
 STEEP = 0.8
 """Least ratio of allowed cells in the last row of a grid to those beside it if the grid cuts the region."""
@@ -98,7 +98,7 @@ def plot_diffusion_grid(
     Returns
     -------
     Artists
-        ``missing`` is the number of orbits without a value, which are grey. Inaccessible cells stay white. A click
+        ``missing`` is the number of orbits without a value, which are grey. Inaccessible cells stay empty. A click
         picks the orbit of a cell.
 
     Examples
@@ -124,7 +124,7 @@ def plot_diffusion_grid(
     cells = ax.pcolormesh(
         *map(cell_edges, grid.axes),
         image.T,
-        cmap=colours_of(colours),
+        cmap=colours_of(colours, Palette.of(ax)),
         norm=colours.norm,
         rasterized=True,
     )
@@ -146,7 +146,9 @@ def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:
     if not chosen.any():
         return None
     image = np.ma.masked_invalid(grid.to_grid(np.where(chosen, 1.0, np.nan)))
-    return ax.pcolormesh(*map(cell_edges, grid.axes), image.T, cmap=ListedColormap([GREY]), rasterized=True)
+    return ax.pcolormesh(
+        *map(cell_edges, grid.axes), image.T, cmap=ListedColormap([Palette.of(ax).lost]), rasterized=True
+    )
 
 
 @figure
@@ -187,10 +189,11 @@ def plot_starts(
             return plot_diffusion_grid(starts, values, ax=ax, **options)
         return _sample(starts, values, ax=ax, **options)
     at = places(starts)
+    palette = Palette.of(ax)
     if isinstance(starts, EnergyGrid) and starts.inaccessible.any():
         image = np.ma.masked_equal(starts.inaccessible, False)
-        ax.pcolormesh(*map(cell_edges, starts.axes), image.T, cmap=ListedColormap(["0.9"]), rasterized=True)
-    points = ax.scatter(*at, s=size, color=DARK, linewidths=0, rasterized=True)
+        ax.pcolormesh(*map(cell_edges, starts.axes), image.T, cmap=ListedColormap([palette.shade]), rasterized=True)
+    points = ax.scatter(*at, s=size, color=palette.main, linewidths=0, rasterized=True)
     carry(points, at[0], at[1], np.arange(at.shape[1]))
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
     return Artists(points, None, (), cut_sides(ax, starts), 0)
@@ -213,8 +216,9 @@ def _sample(
     each = colours.values
     fine = np.isfinite(each)
     area = float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
-    ax.scatter(*at[:, ~fine], s=area, color=GREY, linewidths=0, rasterized=True)
-    how = {"cmap": colours_of(colours), "norm": colours.norm}
+    palette = Palette.of(ax)
+    ax.scatter(*at[:, ~fine], s=area, color=palette.lost, linewidths=0, rasterized=True)
+    how = {"cmap": colours_of(colours, palette), "norm": colours.norm}
     points = ax.scatter(*at[:, fine], c=each[fine], s=area, linewidths=0, rasterized=True, **how)
     carry(points, at[0, fine], at[1, fine], np.flatnonzero(fine))
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")

@@ -1,7 +1,9 @@
 """The look of all figures: colours, sizes and fonts in one place, in force while a figure is drawn and only then.
 
-Colours are cividis, perceptually uniform and the same to people with any kind of colour vision, cut at its palest end
-so that no point vanishes on white, and a few dark ones that differ by lightness too.
+The ground and the ink of axes and texts are the user's. All other colours are those of a `Palette`, which follows from
+the ground of the axes: light or dark. Curves have a few colours that differ by lightness too. Values have the colours
+of cividis, perceptually uniform and the same to people with any kind of colour vision, without the end that would
+vanish: the palest on a light ground, the darkest, lifted, on a dark one.
 """
 
 from __future__ import annotations
@@ -10,41 +12,30 @@ import functools
 import inspect
 import re
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar, cast
 
 from ..core.interruption import imported
 from ..core.numbers import real, shown
 from ..results.progress import watched
 
-DARK = "#00224e"
-"""The dark end of cividis."""
-
-ACCENT = "#b35900"
-"""An orange that differs from DARK by lightness too."""
-
-PALE = "#5a8fc8"
-"""A blue that differs from DARK by lightness too."""
-
-GREY = "0.72"
-"""Orbits that have left or have no value."""
-
-OUTLINE = "0.35"
-"""The edge of the accessible region."""
-
 END = 1e-6
 """Largest share of an edge's momentum at the ends of its pieces; inner points have 0.002 of their piece's or more."""
-LINES = (
-    (DARK, "-"),
-    (ACCENT, (0, (5, 1.5))),
-    (PALE, "-."),
-    ("#7f2a5f", (0, (1.5, 1))),
-    ("#3d3d3d", (0, (7, 1.5, 1, 1.5, 1, 1.5))),
-)
-"""Colours and dashes of curves, in turn."""
-PLATE = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
-"""Background of a name."""
 PALE_END = 0.93
-"""Part of cividis that is kept."""
+"""Part of cividis that is kept on a light ground."""
+LIFTED = 0.56
+"""Lightness in Oklab of the dark end of cividis on a dark ground: 4.5:1 on black, 3:1 on the grey #282c34."""
+DIM = 0.36
+"""Share of the ink in the palest grey of lines on a dark ground: 3.2:1 on black."""
+LOST = 0.42
+"""Share of the ink in the grey of lost orbits on a dark ground: 3.9:1 on black."""
+SHADE = 0.18
+"""Share of the ink in grey areas on a dark ground, behind what is drawn."""
+MIDDLE = 0.18
+"""Relative luminance of a ground on which black and white have the same contrast."""
+LEGIBLE = 3.0
+"""Least contrast of the user's ink and the ground, that of graphics in the Web Content Accessibility Guidelines 2.1.
+"""
 SMALL = 8.0
 """Points of labels inside a figure."""
 
@@ -59,9 +50,9 @@ SETTINGS: Any = {
     "legend.fontsize": SMALL,
     "legend.title_fontsize": SMALL,
     "legend.framealpha": 0.92,
-    "legend.edgecolor": "0.8",
     "figure.dpi": 120.0,
     "savefig.dpi": 200.0,
+    "savefig.facecolor": "auto",
     "svg.hashsalt": "fastaff",
     "pdf.fonttype": 42,
     "ps.fonttype": 42,
@@ -70,13 +61,8 @@ SETTINGS: Any = {
     "lines.marker": "None",
 }
 """Settings of Matplotlib while we draw."""
-INK: Any = dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), "black") | {
-    "xtick.labelcolor": "inherit",
-    "ytick.labelcolor": "inherit",
-    "legend.labelcolor": "black",
-}
-"""Settings for white paper, used if the user's are for dark."""
-PAPER: Any = {"figure.facecolor": "white", "axes.facecolor": "white", "savefig.facecolor": "auto"}
+OUTSIDE = ("axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
+"""Settings of the ink around axes."""
 
 GREEK = """alpha beta gamma delta zeta eta theta vartheta kappa lambda mu xi rho sigma tau chi psi omega Gamma Delta
 Omega"""
@@ -92,6 +78,220 @@ SYMBOLS = {
 }
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours for one ground.
+
+    ground : behind what is drawn, (red, green, blue); ink : of the strongest contrast to it; main, accent, pale, plum,
+    charcoal : of curves and points; navy : of regular orbits; tint : of areas; blues : from one point to many; browns :
+    from 0, the ground, to the largest value.
+    """
+
+    ground: tuple[float, float, float]
+    ink: str
+    main: str
+    accent: str
+    pale: str
+    plum: str
+    charcoal: str
+    navy: str
+    tint: str
+    blues: tuple[str, ...]
+    browns: tuple[str, ...]
+
+    @classmethod
+    def of(cls, sheet: Any) -> Palette:
+        """Return the palette for axes or a figure."""
+        return cls.on(_behind(sheet))
+
+    @classmethod
+    def on(cls, ground: tuple[float, float, float]) -> Palette:
+        """Return the palette for a ground (red, green, blue)."""
+        return replace(ON_DARK if luminance(ground) < MIDDLE else ON_LIGHT, ground=ground)
+
+    @property
+    def dark(self) -> bool:
+        """Whether the ground is dark."""
+        return luminance(self.ground) < MIDDLE
+
+    @property
+    def bright(self) -> float:
+        """Place of the palest colour of cividis that is seen on the ground."""
+        return 1.0 if self.dark else PALE_END
+
+    @property
+    def curves(self) -> tuple[tuple[str, Any], ...]:
+        """Colours and dashes of curves, in turn."""
+        return (
+            (self.main, "-"),
+            (self.accent, (0, (5, 1.5))),
+            (self.pale, "-."),
+            (self.plum, (0, (1.5, 1))),
+            (self.charcoal, (0, (7, 1.5, 1, 1.5, 1, 1.5))),
+        )
+
+    @property
+    def plate(self) -> dict[str, Any]:
+        """Background of a name."""
+        return {"boxstyle": "round,pad=0.12", "facecolor": self.ground, "edgecolor": "none", "alpha": 0.9}
+
+    @property
+    def lost(self) -> Any:
+        """Grey of orbits that have left or have no value."""
+        return self._mixed(LOST) if self.dark else "0.72"
+
+    @property
+    def shade(self) -> Any:
+        """Grey of areas behind what is drawn."""
+        return self._mixed(SHADE) if self.dark else "0.9"
+
+    def grey(self, level: float) -> Any:
+        """Return the grey of lines or texts that is `level` on white, 0 for the strongest, and its like on dark."""
+        return self._mixed(1.0 - level * (1.0 - DIM)) if self.dark else f"{level:g}"
+
+    def _mixed(self, ink: float) -> tuple[float, ...]:
+        """Return the ground with a share of white ink."""
+        return tuple(part + ink * (1.0 - part) for part in self.ground)
+
+    def cividis(self, places: Any) -> Any:
+        """Return the colours (n, 4) of cividis at places from 0 to `bright`, lifted on a dark ground."""
+        import matplotlib
+        import numpy as np
+
+        colours = matplotlib.colormaps["cividis"](np.asarray(places, dtype=np.float64))
+        return _lifted(colours) if self.dark else colours
+
+    def colour_map(self) -> Any:
+        """Return the map of colours of values, each seen on the ground."""
+        return self._map(self.cividis, "fastaff")
+
+    def image_map(self) -> Any:
+        """Return the map of colours of an image without gaps, which hides the ground: the dark end stays dark."""
+        import matplotlib
+
+        return self._map(matplotlib.colormaps["cividis"], "fastaff_image")
+
+    def _map(self, colours: Callable[[Any], Any], name: str) -> Any:
+        """Return the map of 256 colours at places from 0 to `bright`."""
+        import numpy as np
+        from matplotlib.colors import ListedColormap
+
+        return ListedColormap(colours(np.linspace(0.0, self.bright, 256)), name=name)
+
+
+ON_LIGHT = Palette(
+    ground=(1.0, 1.0, 1.0),
+    ink="black",
+    main="#00224e",  # the dark end of cividis
+    accent="#b35900",
+    pale="#5a8fc8",
+    plum="#7f2a5f",
+    charcoal="#3d3d3d",
+    navy="#00306f",
+    tint="#dfe8f3",
+    blues=("#b9cfe8", "#5a8fc8", "#00306f", "#000d20"),
+    browns=("#f6d9b8", "#e39a4f", "#a8500b", "#4a1d00"),
+)
+ON_DARK = Palette(
+    ground=(0.0, 0.0, 0.0),
+    ink="white",
+    main="#a6cdf7",
+    accent="#f29a3f",
+    pale="#5a8fc8",
+    plum="#bb62a4",
+    charcoal="#d9d9d9",
+    navy="#8fc1f5",
+    tint="#1f2a3a",
+    blues=("#5a8fc8", "#7fb0e6", "#a6cdf7", "#f4f9ff"),
+    browns=("#5a2a05", "#a8500b", "#e39a4f", "#ffe9d0"),
+)
+
+
+def luminance(colour: Any) -> float:
+    """Return the relative luminance of a colour, 0 to 1 (IEC 61966-2-1)."""
+    from matplotlib.colors import to_rgb
+
+    return float(_linear(to_rgb(colour)) @ LUMINANCE)
+
+
+def contrast(colour: Any, ground: Any) -> float:
+    """Return the contrast of two colours, 1 to 21 (Web Content Accessibility Guidelines 2.1)."""
+    low, high = sorted((luminance(colour), luminance(ground)))
+    return (high + 0.05) / (low + 0.05)
+
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Shares of linear red, green and blue in the luminance."""
+
+
+def _linear(rgb: Any) -> Any:
+    """Return linear values of parts of sRGB in [0, 1]."""
+    import numpy as np
+
+    parts = np.asarray(rgb, dtype=np.float64)
+    return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+
+
+CONES = (
+    (0.4122214708, 0.5363325363, 0.0514459929),
+    (0.2119034982, 0.6806995451, 0.1073969566),
+    (0.0883024619, 0.2817188376, 0.6299787005),
+)
+"""Matrix from linear sRGB to the responses of cones of Oklab (B. Ottosson 2020, A perceptual color space for image
+processing).
+"""
+OKLAB = (
+    (0.2104542553, 0.7936177850, -0.0040720468),
+    (1.9779984951, -2.4285922050, 0.4505937099),
+    (0.0259040371, 0.7827717662, -0.8086757660),
+)
+"""Matrix from cube roots of these to lightness, green to red, blue to yellow."""
+
+
+def _lifted(colours: Any) -> Any:
+    """Return colours (n, 4) of cividis with their hues and with lightness from LIFTED to that of the pale end."""
+    import matplotlib
+    import numpy as np
+
+    def oklab(rgb: Any) -> Any:
+        return np.cbrt(_linear(rgb) @ np.transpose(CONES)) @ np.transpose(OKLAB)
+
+    low, high = oklab(matplotlib.colormaps["cividis"]([0.0, 1.0])[:, :3])[:, 0]
+    own = oklab(colours[:, :3])
+    own[:, 0] = LIFTED + (own[:, 0] - low) * (high - LIFTED) / (high - low)
+    cones = np.linalg.solve(OKLAB, own.T) ** 3
+    parts = np.clip(np.linalg.solve(CONES, cones).T, 0.0, 1.0)
+    parts = np.where(parts <= 0.0031308, 12.92 * parts, 1.055 * parts ** (1 / 2.4) - 0.055)
+    return np.column_stack([parts, colours[:, 3]])
+
+
+def _behind(sheet: Any) -> tuple[float, float, float]:
+    """Return the colour behind what is drawn on axes or a figure. A part that is transparent shows the sheet below; the
+    lowest is white, or black if the user's ink is for that.
+    """
+    import matplotlib
+
+    settings: Any = matplotlib.rcParams
+    below: Any = sheet.figure if sheet.figure is not sheet else None
+    colour = sheet.get_facecolor() if sheet.patch.get_visible() else "none"
+    return _over(colour, functools.partial(_behind, below) if below is not None else lambda: _page(settings))
+
+
+def _page(settings: Any) -> tuple[float, float, float]:
+    """Return the colour of the page below a transparent figure: the opposite of the user's ink."""
+    shade = 0.0 if luminance(settings["text.color"]) > MIDDLE else 1.0
+    return shade, shade, shade
+
+
+def _over(colour: Any, below: Callable[[], tuple[float, float, float]]) -> tuple[float, float, float]:
+    """Return a colour, mixed with that below it if it is transparent."""
+    from matplotlib.colors import to_rgba
+
+    *rgb, alpha = to_rgba(colour)
+    mixed = rgb if alpha == 1 else [alpha * a + (1 - alpha) * b for a, b in zip(rgb, below(), strict=True)]
+    return cast(tuple[float, float, float], tuple(mixed))
 
 
 class Artists(NamedTuple):
@@ -133,40 +333,43 @@ def styled() -> Any:
     ...     print(matplotlib.rcParams["savefig.dpi"])
     200.0
     """
-    return imported("matplotlib", what="a figure").rc_context({**SETTINGS, **INK, **PAPER})
+    matplotlib = imported("matplotlib", what="a figure")
+    return matplotlib.rc_context({**SETTINGS, **_inks(*_new_grounds(matplotlib.rcParams))})
 
 
-def light(colour: Any) -> bool:
-    """Tell whether a colour is light, or transparent."""
-    from matplotlib.colors import to_rgba
-
-    *rgb, alpha = to_rgba(colour)
-    return alpha < 0.5 or sum(share * part for share, part in zip((0.3, 0.59, 0.11), rgb, strict=True)) > 0.5
+def _new_grounds(settings: Any) -> tuple[Palette, Palette]:
+    """Return the palettes of new axes and of their figure."""
+    outside = _over(settings["figure.facecolor"], lambda: _page(settings))
+    return Palette.on(_over(settings["axes.facecolor"], lambda: outside)), Palette.on(outside)
 
 
-def _inked(ax: Any) -> Any:
-    """Return the context for drawing on axes: our colours, and texts on them, are for white."""
+def _inks(inside: Palette, outside: Palette) -> dict[str, Any]:
+    """Return settings for drawing on axes and around them: the user's inks, or ours if these are not legible there."""
     import matplotlib
 
-    settings: Any = (
-        dict(INK) if light(ax.figure.get_facecolor()) else {"text.color": "black", "legend.labelcolor": "black"}
-    )
-    if not light(ax.get_facecolor()):
-        ax.set_facecolor("white")
-        settings["axes.facecolor"] = "white"
-    return matplotlib.rc_context(settings if light(matplotlib.rcParams["text.color"]) else {})
+    settings: Any = matplotlib.rcParams
+    inks: dict[str, Any] = {"legend.edgecolor": inside.grey(0.8)}
+    if contrast(settings["text.color"], inside.ground) < LEGIBLE:
+        inks["text.color"] = inside.ink
+    if contrast(settings["axes.labelcolor"], outside.ground) < LEGIBLE:
+        inks |= dict.fromkeys(OUTSIDE, outside.ink)
+        inks |= {"xtick.labelcolor": "inherit", "ytick.labelcolor": "inherit"}
+    return inks
 
 
 def nothing(ax: Any, why: str = "") -> Any:
     """Say on empty axes that there is nothing to draw, and why."""
     said = "nothing to draw" + (f": {why}" if why else "")
-    return ax.text(0.5, 0.5, said, transform=ax.transAxes, ha="center", va="center", color="0.35", wrap=True)
+    return ax.text(
+        0.5, 0.5, said, transform=ax.transAxes, ha="center", va="center", color=Palette.of(ax).grey(0.35), wrap=True
+    )
 
 
 def beyond(ax: Any, said: str) -> Any:
     """Write a note in a corner of axes about the values that they do not show."""
-    style = {"ha": "right", "va": "bottom", "fontsize": 8, "color": "0.35", "bbox": PLATE, "zorder": 5}
-    return ax.text(0.99, 0.01, said, transform=ax.transAxes, **style)
+    palette = Palette.of(ax)
+    style = {"ha": "right", "va": "bottom", "fontsize": 8, "color": palette.grey(0.35), "bbox": palette.plate}
+    return ax.text(0.99, 0.01, said, transform=ax.transAxes, zorder=5, **style)
 
 
 def figure(function: Function) -> Function:
@@ -179,7 +382,8 @@ def figure(function: Function) -> Function:
     def draw(*given: Any, ax: Any = None, **options: Any) -> Any:
         with imported("matplotlib", what="a figure").rc_context(SETTINGS):
             if ax is None:
-                ax = imported("matplotlib.pyplot").subplots(layout="constrained")[1]
+                with styled():
+                    ax = imported("matplotlib.pyplot").subplots(layout="constrained")[1]
             _check(ax, options.get("size"))
             with watched(function.__name__), _inked(ax):
                 try:
@@ -193,6 +397,14 @@ def figure(function: Function) -> Function:
                 return drawn
 
     return cast(Function, draw)
+
+
+def _inked(ax: Any) -> Any:
+    """Return the context for drawing on axes; legends have the ground of these axes."""
+    import matplotlib
+
+    settings: Any = {**_inks(Palette.of(ax), Palette.of(ax.figure)), "axes.facecolor": ax.get_facecolor()}
+    return matplotlib.rc_context(settings)
 
 
 def _refuse(name: str, value: Any, kinds: str, error: Exception) -> None:
@@ -241,14 +453,19 @@ def _light_to_print(ax: Any) -> None:
 
 def _check(ax: Any, size: Any) -> None:
     """Refuse axes that no figure can be drawn on, and sizes that are not numbers >= 0."""
-    from matplotlib.axes import Axes
-
-    if not isinstance(ax, Axes):
-        raise TypeError(f"ax must be axes of Matplotlib, such as those of plt.subplots(), got {type(ax).__name__}")
+    _check_axes(ax)
     if ax.name != "rectilinear":
         raise ValueError(f"ax must be plain axes of two coordinates, got {ax.name} axes")
     if size is not None and not real("size", size) >= 0:
         raise ValueError(f"size must be >= 0 square points, got {size:g}")
+
+
+def _check_axes(ax: Any) -> None:
+    """Refuse what is no axes."""
+    from matplotlib.axes import Axes
+
+    if not isinstance(ax, Axes):
+        raise TypeError(f"ax must be axes of Matplotlib, such as those of plt.subplots(), got {type(ax).__name__}")
 
 
 def chosen_orbits(orbits: Any, total: int, most: int, name: str = "orbits") -> Any:
@@ -265,24 +482,34 @@ def chosen_orbits(orbits: Any, total: int, most: int, name: str = "orbits") -> A
     return found % total
 
 
-def colour_map() -> Any:
-    """Return the colour map of the package: cividis without its palest end.
+def colour_map(ax: Any = None) -> Any:
+    """Return the colour map of the package: cividis without the end that vanishes on the ground.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes, optional
+        Axes whose ground counts. Default: new axes with the present settings of Matplotlib.
 
     Returns
     -------
     matplotlib.colors.Colormap
-        The colour map.
+        The colour map. On a light ground it ends before the palest colours. On a dark ground its dark end is lifted.
+
+    Raises
+    ------
+    TypeError
+        If `ax` is no axes.
 
     Examples
     --------
     >>> fa.plot.colour_map().N
     256
     """
-    import matplotlib
-    import numpy as np
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap(matplotlib.colormaps["cividis"](np.linspace(0.0, PALE_END, 256)), name="fastaff")
+    matplotlib = imported("matplotlib", what="a figure")
+    if ax is None:
+        return _new_grounds(matplotlib.rcParams)[0].colour_map()
+    _check_axes(ax)
+    return Palette.of(ax).colour_map()
 
 
 def symbol(name: str) -> str:
@@ -328,4 +555,5 @@ def outline(ax: Any, boundary: Any) -> list[Any]:
     end = boundary.momentum <= END * boundary.momentum.max()
     pieces = np.split(np.arange(u.size), np.flatnonzero(end[1:] & end[:-1]) + 1)
     loops = [(np.append(u[k], [*u[k][::-1], u[k][0]]), np.append(high[k], [*low[k][::-1], high[k][0]])) for k in pieces]
-    return [line for loop in loops for line in ax.plot(*loop, color=OUTLINE, lw=0.8)]
+    colour = Palette.of(ax).grey(0.35)
+    return [line for loop in loops for line in ax.plot(*loop, color=colour, lw=0.8)]

@@ -15,7 +15,7 @@ from ..tori.inverse_tori import EnergyOfActions
 from ..tori.torus import TorusFit
 from .picking import carry
 from .scales import clipped
-from .style import DARK, LINES, Artists, chosen_orbits, colour_map, figure, symbol
+from .style import Artists, Palette, chosen_orbits, figure, symbol
 
 
 @figure
@@ -96,7 +96,7 @@ def _rows(names: Sequence[str], **rows: Any) -> list[int]:
 def _dots(ax: Any, u: np.ndarray, v: np.ndarray, each: np.ndarray, label: str) -> tuple[Any, Any, int]:
     fine = np.isfinite(u) & np.isfinite(v) & np.isfinite(each)
     area = float(np.clip(24000 / max(u.size, 1), 2.0, 24.0))
-    how = {"c": each[fine], "cmap": colour_map(), "norm": clipped(each)}
+    how = {"c": each[fine], "cmap": Palette.of(ax).colour_map(), "norm": clipped(each)}
     points = carry(
         ax.scatter(u[fine], v[fine], s=area, linewidths=0, rasterized=True, **how),
         u[fine],
@@ -138,8 +138,9 @@ def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any
     bottom = 0.3 * float(size[chosen][found].min()) if found.any() else 0.1
     dots = []
     stems = []
+    curves = Palette.of(ax).curves
     for number, k in enumerate(chosen):
-        colour = LINES[number % len(LINES)][0]
+        colour = curves[number % len(curves)][0]
         kept = size[k] > 0
         stems.append(ax.vlines(nu[k, kept], bottom, size[k, kept], color=colour, lw=1.0, alpha=0.7))
         (dot,) = ax.plot(
@@ -169,7 +170,7 @@ def plot_torus(result: TorusFit, *, ax: Any = None, row: int | None = None) -> A
     Returns
     -------
     Artists
-        ``points`` are the dots, darker for a lower order ``|k|``, ``lines`` the stems. ``missing`` is the number of
+        ``points`` are the dots, coloured by the order ``|k|``, ``lines`` the stems. ``missing`` is the number of
         terms of size 0. The ordinate is logarithmic.
 
     Examples
@@ -184,8 +185,9 @@ def plot_torus(result: TorusFit, *, ax: Any = None, row: int | None = None) -> A
     kept = (size > 0) & np.isfinite(rate)
     order = np.abs(result.k).sum(axis=1)[kept]
     bottom = 0.3 * float(size[kept].min()) if kept.any() else 0.1
-    stems = ax.vlines(rate[kept], bottom, size[kept], color="0.8", lw=0.7, zorder=1)
-    how = {"c": order, "cmap": colour_map()} if order.size else {"color": DARK}
+    palette = Palette.of(ax)
+    stems = ax.vlines(rate[kept], bottom, size[kept], color=palette.grey(0.8), lw=0.7, zorder=1)
+    how = {"c": order, "cmap": palette.colour_map()} if order.size else {"color": palette.main}
     dots = ax.scatter(rate[kept], size[kept], s=12, linewidths=0, zorder=2, **how)
     bar = ax.figure.colorbar(dots, ax=ax, label="order $|k|$") if order.size else None
     ax.set_yscale("log")

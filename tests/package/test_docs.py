@@ -102,7 +102,7 @@ def test_python_of_readme_runs(capsys, tmp_path, monkeypatch):
 
 
 def test_readme_has_pictures_for_dark_pages():
-    """Each has both versions, the dark one made of the other; the site has the first, which its style sheet inverts."""
+    """Each has both versions, which the site shows too; the dark one is made of the other, or drawn anew."""
     from matplotlib.image import imread
 
     text = (ROOT / "README.md").read_text()
@@ -110,13 +110,43 @@ def test_readme_has_pictures_for_dark_pages():
     assert len(pictures) == text.count("<picture>") == 2
     sys.path.insert(0, str(DOCS / "figures"))
     darkened = import_module("dark").darkened
+    drawn = import_module("demo").STYLES
     for dark, light in pictures:
-        np.testing.assert_allclose(imread(ROOT / dark)[..., :3], darkened(imread(ROOT / light))[..., :3], atol=1 / 255)
+        if Path(dark).name not in drawn:
+            found, made = imread(ROOT / dark)[..., :3], darkened(imread(ROOT / light))[..., :3]
+            np.testing.assert_allclose(found, made, atol=1 / 255)
     pages = {ROOT / "README.md": DOCS / "index.md"}
     found = import_module("included").relinked(text, ROOT / "README.md", DOCS / "index.md", pages)
     assert "<picture>" not in found
-    for _, light in pictures:
-        assert re.search(rf"!\[[^]]+\]\([^)]*{Path(light).name}\)", found)
+    for dark, light in pictures:
+        for shown, name in (("light", light), ("dark", dark)):
+            (path,) = re.findall(rf"```{{image}} (\S*{Path(name).name})\n:alt: .+\n:class: only-{shown}\n```", found)
+            assert (DOCS / path).resolve() == ROOT / name
+
+
+def test_demo_of_readme_has_one_caption_for_both_pictures():
+    """Yellow and bright orbits are that in both; blue ones are blue, and no longer hidden by a dark ground."""
+    from matplotlib.colors import to_rgb
+    from matplotlib.image import imread
+
+    sys.path.insert(0, str(DOCS / "figures"))
+    ground = import_module("demo").GROUND
+    light, dark = (imread(ROOT / "examples" / name)[..., :3] for name in ("demo.png", "demo-dark.png"))
+    assert light.shape == dark.shape
+    assert (light[0, 0] == 1).all()
+    np.testing.assert_allclose(dark[0, 0], to_rgb(ground), atol=1 / 255)
+    red, green, blue = np.moveaxis(light, -1, 0)
+    yellow = (red > 0.8) & (blue < 0.5)
+    assert yellow.sum() > 50_000
+    red, green, blue = np.moveaxis(dark[yellow], -1, 0)
+    assert np.median(np.minimum(red, green)) > 0.8
+    assert np.median(blue) < 0.5
+    red, green, blue = np.moveaxis(light, -1, 0)
+    deep = (blue > red + 0.15) & (blue < 0.5)
+    assert deep.sum() > 20_000
+    red, green, blue = np.moveaxis(dark[deep], -1, 0)
+    assert np.median(blue - red) > 0.15
+    assert np.median(blue) > 0.5
 
 
 def test_readme_is_one_screenful_of_facts():

@@ -8,7 +8,7 @@ import pytest
 import fastaff
 from fastaff import plot
 from fastaff.plot import chaos as plot_chaos
-from fastaff.plot import scales
+from fastaff.plot import scales, style
 
 matplotlib = pytest.importorskip("matplotlib")
 
@@ -136,12 +136,13 @@ def test_scale_has_the_limit_in_its_middle(values):
     assert scale(5.0) == 0.5
 
 
-def test_colours_step_at_the_limit():
+@pytest.mark.parametrize(("palette", "least"), [(style.ON_LIGHT, 0.15), (style.ON_DARK, 0.1)])
+def test_colours_step_at_the_limit(palette, least):
     for falls in (False, True):
-        colours = scales.threshold_colours(falls)(np.arange(256))[:, :3] @ [0.2126, 0.7152, 0.0722]
+        colours = scales.threshold_colours(palette, falls)(np.arange(256))[:, :3] @ [0.2126, 0.7152, 0.0722]
         steps = np.diff(colours) * (-1 if falls else 1)
         assert (steps >= 0).all(), "bright towards chaos"
-        assert steps[127] > 0.15
+        assert steps[127] > least
         assert steps[127] > 10 * np.delete(steps, 127).max()
 
 

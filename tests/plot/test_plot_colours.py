@@ -159,7 +159,9 @@ def test_regular_orbits_do_not_look_chaotic_whatever_their_range():
     quiet = plot.colouring(chaos([1.9999, 2.0, 2.0001]))
     mixed = plot.colouring(chaos([1.9999, 2.0, 80.0]))
     for colours in (quiet, mixed):
-        bright = scales.colours_of(colours)(colours.norm(2.0001))[:3] @ np.array([0.2126, 0.7152, 0.0722])
+        bright = scales.colours_of(colours, style.ON_LIGHT)(colours.norm(2.0001))[:3] @ np.array(
+            [0.2126, 0.7152, 0.0722]
+        )
         assert bright < 0.15
         assert (colours.norm.vmin, colours.norm.vcenter) == (2.0, 5.0)
     assert mixed.norm.vmax > 70
@@ -241,10 +243,11 @@ def test_settings_of_the_user_stay(crossings):
     plt.close(drawn.points.figure)
 
 
-def test_lines_differ_by_lightness_and_by_dashes():
-    shades = [np.dot(matplotlib.colors.to_rgb(colour), [0.2126, 0.7152, 0.0722]) for colour, _ in style.LINES]
+@pytest.mark.parametrize("palette", [style.ON_LIGHT, style.ON_DARK])
+def test_lines_differ_by_lightness_and_by_dashes(palette):
+    shades = [np.dot(matplotlib.colors.to_rgb(colour), [0.2126, 0.7152, 0.0722]) for colour, _ in palette.curves]
     assert min(np.diff(sorted(shades))) > 0.005
-    assert len({str(dashes) for _, dashes in style.LINES}) == len(style.LINES)
+    assert len({str(dashes) for _, dashes in palette.curves}) == len(palette.curves)
 
 
 # --- mathematics ---------------------------------------------------------------------------------------------------

@@ -96,12 +96,12 @@ def test_settings_of_the_user_make_no_point_vanish(crossings, settings):
     assert made.get_paths()[0].codes is not None  # a filled circle, no cross of lines 0 wide
 
 
-def test_on_dark_paper_points_are_on_white_and_words_can_be_read(crossings):
+def test_on_dark_paper_the_ground_stays_and_words_can_be_read(crossings):
     with plt.style.context("dark_background"):
         status = np.where(np.arange(6) < 2, fa.Status.ESCAPED, crossings.status)
         artists = replace(crossings, status=status).plot(values=np.where(status, np.nan, np.arange(6.0)))
         axes = artists.points.axes
-        assert axes.get_facecolor() == (1, 1, 1, 1)
+        assert axes.get_facecolor() == (0, 0, 0, 1)
         assert axes.figure.get_facecolor() == (0, 0, 0, 1)
         assert to_hex(axes.get_legend().get_texts()[0].get_color()) == "#ffffff"  # above the frame
         assert to_hex(artists.colorbar.ax.get_yticklabels()[0].get_color()) == "#ffffff"

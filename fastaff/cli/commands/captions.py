@@ -14,7 +14,7 @@ from ...jobs.job import Job, JobPlan
 from ...jobs.launch import BY_NAME
 from ...plot.mathematics import number, terms, visible, wrapped
 from ...plot.sections import words
-from ...plot.style import styled, symbol
+from ...plot.style import Palette, styled, symbol
 from ...systems.models.mechanics import System
 
 
@@ -181,7 +181,7 @@ def caption(figure: Any, text: str) -> None:
         if line and visible(longer) > width:
             break
         line = longer
-    figure.supxlabel(line, fontsize=7.5, color="0.3")
+    figure.supxlabel(line, fontsize=7.5, color=Palette.of(figure).grey(0.3))
 
 
 PLACES = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
