@@ -76,22 +76,25 @@ class BasisTooLarge(Exception):
 
 
 class LatticeLevels(NamedTuple):
-    """Levels E (levels,), the part of their errors that the grid's points make, the size of the basis, and the states
-    (levels, points kept) with these points' flat indices.
+    """Levels E (levels,), the parts of their errors that the grid's points and the functions left out make, the size of
+    the basis, and the states (levels, points kept) with these points' flat indices.
     """
 
     E: np.ndarray
     missed: np.ndarray
+    left: np.ndarray
     size: int
     states: np.ndarray
     kept: np.ndarray
 
 
 def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -> LatticeLevels:
-    """Return the lowest levels of a grid.
+    """Return the lowest levels of a grid, with both parts of their errors.
 
-    If the points resolve V and a state, the mean of V over the state is the same for points between them; if V is
-    narrower than the step, or singular, it is not.
+    If the points resolve V and the states, the means of V over products of states are the same for points between them;
+    if V is narrower than the step, or singular, they are not: `missed`. Functions left out, those of shorter waves and
+    of points above the wall, have energies above the cut. Their effect is at most that of the residual (H - E) psi in
+    second order: `left`. The residual is taken of the wave between the points too, where it is 0 at none.
     """
     if (points := max(grid.V.shape)) > LINE:
         raise BasisTooLarge(f"{points} points of one coordinate, more than {LINE}. Try a larger hbar or fewer levels.")
@@ -101,19 +104,53 @@ def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -
         raise BasisTooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
     E, C = lowest_states(H, count)
     states = (basis @ C).T.reshape(count, *grid.V.shape)
-    d = grid.step.size
-    means = []
-    for k in range(SHIFTS):
-        shift = k * EVENLY[d - 1] ** -np.arange(1.0, d + 1) % 1.0
-        moved = states
-        for axis, (n, turns) in enumerate(zip(grid.V.shape, grid.around, strict=True)):
-            moved = np.moveaxis(np.tensordot(_between(n, shift[axis], bool(turns)), moved, (1, axis + 1)), 0, axis + 1)
-        V = np.clip(problem.V(grid.points(problem.wells, shift)), problem.bottom, cut) - problem.bottom
-        means.append((V * moved**2).reshape(count, -1).sum(axis=1))
+    missed, left = _errors(grid, problem, cut, E, states, T)
     flat = states.reshape(count, -1)
     kept = np.flatnonzero(grid.kept)
     signs = np.sign(flat[np.arange(count), np.abs(flat).argmax(axis=1)])
-    return LatticeLevels(E, np.ptp(means, axis=0), len(H), signs[:, None] * flat[:, kept], kept)
+    return LatticeLevels(E, missed, left, len(H), signs[:, None] * flat[:, kept], kept)
+
+
+def _errors(
+    grid: LatticeGrid, problem: LatticeProblem, cut: float, E: np.ndarray, states: np.ndarray, T: list[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the errors (levels,) of states (levels, n1, ...) by the points and by the functions left out, see
+    `lowest`; T: the kinetic energies of the axes.
+    """
+    d = grid.step.size
+    energies = E.reshape(-1, *[1] * d)
+    bent = sum(_along(T[k], states, k) for k in range(d))
+    room = np.where(grid.leak if grid.leak.size else False, min(grid.wall, cut), cut) - energies
+    means = []
+    left = np.zeros(E.shape)
+    for k in range(SHIFTS):
+        shift = k * EVENLY[d - 1] ** -np.arange(1.0, d + 1) % 1.0
+        moved, curved = states, bent
+        for axis, (n, turns) in enumerate(zip(grid.V.shape, grid.around, strict=True)):
+            between = _between(n, shift[axis], bool(turns))
+            moved, curved = _along(between, moved, axis), _along(between, curved, axis)
+        V = np.clip(problem.V(grid.points(problem.wells, shift)), problem.bottom, cut)
+        weighted = ((V - problem.bottom) * moved).reshape(E.size, -1)
+        means.append(weighted @ moved.reshape(E.size, -1).T)
+        residual = curved + (V - energies) * moved
+        with np.errstate(divide="ignore"):
+            left += np.where(room > 0, residual**2 / np.abs(room), np.inf).reshape(E.size, -1).sum(axis=1)
+    return _mixed(E, np.ptp(means, axis=0)), left / SHIFTS
+
+
+def _mixed(E: np.ndarray, W: np.ndarray) -> np.ndarray:
+    """Return bounds (levels,) of the changes of levels E by a perturbation with elements up to W (levels, levels): of
+    first order, and of second order or, where levels are closer than W, of first order.
+    """
+    apart = np.abs(np.subtract.outer(E, E))
+    own = np.diagonal(W)
+    others = W - np.diag(own)
+    return own + (others**2 / np.maximum(apart + others, 1e-300)).sum(axis=1)
+
+
+def _along(A: np.ndarray, states: np.ndarray, axis: int) -> np.ndarray:
+    """Return a matrix applied to an axis of states (levels, n1, ...)."""
+    return np.moveaxis(np.tensordot(A, states, (1, axis + 1)), 0, axis + 1)
 
 
 def _hamiltonian(T: list[np.ndarray], grid: LatticeGrid, cut: float) -> tuple[np.ndarray, np.ndarray]:
