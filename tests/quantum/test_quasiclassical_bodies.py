@@ -31,7 +31,7 @@ def test_tori_of_a_body_that_separates_have_the_levels_of_its_quadratures(n, m, 
     """EQ2.2h: the mode of vartheta is the faster one."""
     body, hbar = fa.Body(fa.Hyperelastic(RNG.uniform(0.8, 1.6)), RNG.uniform(0.6, 1.5)), RNG.uniform(0.03, 0.06)
     truth = quasiclassical_levels(body, n=n, m=m, l=l, hbar=hbar)
-    found = body_tori.body_levels(body, n[::-1], m, l, None, hbar, True, "normal")
+    found = body_tori.BodyLevels(body, hbar, "normal", None).numbered(n[::-1], m, l, None, True)
     assert found.converged.all()
     assert abs(found.E[0] - truth.E[0]) <= found.error[0] + 1e-14 * truth.E[0]
     assert found.error[0] < 1e-5 * truth.spacing.min()

@@ -53,8 +53,10 @@ DECAY = 40.0
 ROUNDING = 64 * np.finfo(float).eps
 """Rounding of levels in units of the range of energies."""
 
-LEFT = 2.0
-"""The error by functions left out in units of the residual's effect in second order. It was 0.3 to 1.1 of the truth."""
+LEFT = 3.0
+"""The error by functions left out in units of the residual's effect in second order. The true error was at most twice
+that effect.
+"""
 
 APART = 30.0
 """The error of a level in units of its last change, where two bases do not agree within their errors: 26 was the worst
@@ -184,8 +186,9 @@ def _bases(
 
 
 def _lower(E: float, top: float, bottom: float) -> float:
-    """Return a top energy nearer to the highest level E of a basis, -infinity if the top is near: phase space counts few
-    states of wells narrower than a wave, and wells above may take most of the grid.
+    """Return a top energy nearer to the highest level E of a basis, -infinity if the top is near.
+
+    Phase space counts few states of wells narrower than a wave, and wells above may take most of the grid.
     """
     return E + ABOVE * (top - E) if top - E > ABOVE * (top - bottom) else -math.inf
 
@@ -202,7 +205,7 @@ def _check_held(levels: LevelTable) -> None:
 def _searched(
     model: Any, problem: LatticeProblem, count: int, search: _Search
 ) -> tuple[LatticeProblem, float, float, WellCover]:
-    """Return the problem with all wells, the energies of `_range`, the first within its bounds, and the cover below it."""
+    """Return the problem with all wells, the energies of `_range`, the first within its bounds, and its cover."""
     for _ in range(SEARCHES):
         problem = _turned(problem)
         top, limit = _range(problem, count, search.spare)
