@@ -66,12 +66,14 @@ def quasiclassical_levels(
         and gamma follow, shape (4,) or (4, levels). For a vibration, quantum numbers of its modes, shape (modes,) or
         (modes, levels). Give `n` or `max_energy`.
     m, l : int or array_like of int, shape (levels,), optional
-        Quantum numbers of spin and vorticity. Required with `n` for a `Body` and not supported for other systems.
+        Quantum numbers of spin and vorticity. Required with `n` for a `Body` and not supported for other systems. For a
+        body that does not separate, they restrict `max_energy` to their classes.
     max_energy : float, optional
-        Energy below which all levels are computed, ascending. Not supported for bodies that do not separate.
+        Energy below which all levels are computed, ascending. Levels of fitted tori that may lie below, but for which
+        no torus was found, follow with energy NaN.
     maslov : tuple of int, default EBK
-        Maslov indices M of the two coordinates: `BOHR_SOMMERFELD` = (0, 0), `EBK` = (2, 2) or others. A vibration, or a
-        body that does not separate, has the indices of its tori.
+        Maslov indices M of the two coordinates: `BOHR_SOMMERFELD` = (0, 0), `EBK` = (2, 2) or others. For a body that
+        does not separate, those of its two modes. A vibration has the indices of its tori.
     {hbar}
     {single_valued}
     {quantum_chart}
@@ -107,7 +109,8 @@ def quasiclassical_levels(
       and 3.
     - ``UNBOUND``: no torus has the actions. ``NOT_CONVERGED``: no torus was found, for example beyond a separatrix.
       Other modes may have one.
-    - Searches below `max_energy` end, in each direction of n, at the first level above it or without a torus.
+    - Searches below `max_energy` end, in each direction of n, at the first level above it, or at the second in
+      succession without a torus.
     - Cost: 20 microseconds per level by quadrature; seconds per level by `fit_torus`.
 
     References

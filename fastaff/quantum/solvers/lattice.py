@@ -20,6 +20,9 @@ LONGER = 1.5
 """Ratio of the points of two coordinates from which on the longer one is the outer one."""
 SHIFTS = 32
 """Lattices between the points of a grid that are compared with it."""
+EDGE = 4
+"""Points beyond a grid where residuals are taken: they fall as the square of the distance from waves that end."""
+
 EVENLY = (1.6180339887498949, 1.3247179572447460, 1.2207440846057596)
 """x with x^(d + 1) = x + 1 by coordinates d: multiples of 1/x, 1/x^2, ... modulo 1 fill a cell evenly."""
 
@@ -104,7 +107,7 @@ def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -
         raise BasisTooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
     E, C = lowest_states(H, count)
     states = (basis @ C).T.reshape(count, *grid.V.shape)
-    missed, left = _errors(grid, problem, cut, E, states, T)
+    missed, left = _errors(_edged(grid), problem, cut, E, _with_edge(states, grid.around))
     flat = states.reshape(count, -1)
     kept = np.flatnonzero(grid.kept)
     signs = np.sign(flat[np.arange(count), np.abs(flat).argmax(axis=1)])
@@ -112,30 +115,45 @@ def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -
 
 
 def _errors(
-    grid: LatticeGrid, problem: LatticeProblem, cut: float, E: np.ndarray, states: np.ndarray, T: list[np.ndarray]
+    grid: LatticeGrid, problem: LatticeProblem, cut: float, E: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the errors (levels,) of states (levels, n1, ...) by the points and by the functions left out, see
-    `lowest`; T: the kinetic energies of the axes.
+    """Return the errors (levels,) of states (levels, n1, ...) by the points and by the functions left out, see `lowest`.
+
+    Functions left out have energies above the cut, or, at points left out, above V and the wall.
     """
     d = grid.step.size
     energies = E.reshape(-1, *[1] * d)
-    bent = sum(_along(T[k], states, k) for k in range(d))
-    room = np.where(grid.leak if grid.leak.size else False, min(grid.wall, cut), cut) - energies
+    axes = zip(grid.kept.shape, grid.step, grid.around, strict=True)
+    bent = sum(_along(kinetic(n, step, bool(turns)), states, k) for k, (n, step, turns) in enumerate(axes))
+    wall = min(grid.wall, cut)
     means = []
     left = np.zeros(E.shape)
     for k in range(SHIFTS):
         shift = k * EVENLY[d - 1] ** -np.arange(1.0, d + 1) % 1.0
         moved, curved = states, bent
-        for axis, (n, turns) in enumerate(zip(grid.V.shape, grid.around, strict=True)):
+        for axis, (n, turns) in enumerate(zip(grid.kept.shape, grid.around, strict=True)):
             between = _between(n, shift[axis], bool(turns))
             moved, curved = _along(between, moved, axis), _along(between, curved, axis)
         V = np.clip(problem.V(grid.points(problem.wells, shift)), problem.bottom, cut)
         weighted = ((V - problem.bottom) * moved).reshape(E.size, -1)
         means.append(weighted @ moved.reshape(E.size, -1).T)
         residual = curved + (V - energies) * moved
+        room = np.where(grid.kept, cut, np.maximum(V, wall)) - energies
         with np.errstate(divide="ignore"):
             left += np.where(room > 0, residual**2 / np.abs(room), np.inf).reshape(E.size, -1).sum(axis=1)
     return _mixed(E, np.ptp(means, axis=0)), left / SHIFTS
+
+
+def _edged(grid: LatticeGrid) -> LatticeGrid:
+    """Return a grid with EDGE more points on all sides, which are not kept."""
+    wide = np.where(grid.around, 0, EDGE)
+    kept = np.pad(grid.kept, [(int(k), int(k)) for k in wide])
+    return grid._replace(low=grid.low - wide, high=grid.high + wide, kept=kept)
+
+
+def _with_edge(states: np.ndarray, around: np.ndarray) -> np.ndarray:
+    """Return states (levels, n1, ...) on the points of `_edged`."""
+    return np.pad(states, [(0, 0), *[(0, 0) if turns else (EDGE, EDGE) for turns in around]])
 
 
 def _mixed(E: np.ndarray, W: np.ndarray) -> np.ndarray:
