@@ -117,14 +117,15 @@ def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -
 def _errors(
     grid: LatticeGrid, problem: LatticeProblem, cut: float, E: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the errors (levels,) of states (levels, n1, ...) by the points and by the functions left out, see `lowest`.
+    """Return errors (levels,) of states (levels, n1, ...) by the points and by the functions left out, see `lowest`.
 
     Functions left out have energies above the cut, or, at points left out, above V and the wall.
     """
     d = grid.step.size
     energies = E.reshape(-1, *[1] * d)
-    axes = zip(grid.kept.shape, grid.step, grid.around, strict=True)
-    bent = sum(_along(kinetic(n, step, bool(turns)), states, k) for k, (n, step, turns) in enumerate(axes))
+    bent = np.zeros(states.shape)
+    for k, (n, step, turns) in enumerate(zip(grid.kept.shape, grid.step, grid.around, strict=True)):
+        bent += _along(kinetic(n, step, bool(turns)), states, k)
     wall = min(grid.wall, cut)
     means = []
     left = np.zeros(E.shape)
