@@ -30,7 +30,7 @@ $(VENV)/.dev: $(VENV)/.demo
 demo: $(VENV)/.demo  ## the main job: a Poincaré map and a frequency map
 	$(BIN)/fastaff demo --out demo
 
-wheel: $(VENV)/.dev  ## dist/*.whl with machine code for x86-64-v3 and v4, for this version of Python
+wheel: $(VENV)/.demo  ## dist/*.whl with machine code for x86-64-v3 and v4, for this version of Python and Numba
 	$(BIN)/python .ci/wheel.py dist
 
 release: $(VENV)/.dev  ## all of a release but the upload: dist/ with sdist, wheel and the text of the tag, all checked

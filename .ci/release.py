@@ -1,4 +1,5 @@
-"""Make all of a release but the upload: sdist and wheel, checked, installed in bare environments; the text of its tag.
+"""Make all of a release but the upload: sdist, a wheel with machine code and one without, checked, the first wheel
+installed in a bare environment; the text of its tag.
 
 Run: python .ci/release.py FOLDER (make release). Version and date stand in pyproject.toml, fastaff/__init__.py,
 CITATION.cff and the first heading of CHANGELOG.md, which says "unreleased" until there is a date.
@@ -6,6 +7,7 @@ CITATION.cff and the first heading of CHANGELOG.md, which says "unreleased" unti
 
 import email
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -117,11 +119,12 @@ def main(target: Path) -> None:
             _metadata(packed.extractfile(f"{sdist.name.removesuffix('.tar.gz')}/PKG-INFO").read())  # type: ignore[union-attr]
         bare = _environment(place / "bare", str(wheel))
         subprocess.run([bare, "-c", TRIAL], cwd=place, check=True)
+        shutil.copy(again, target)  # pip takes it where the other wheel does not fit
     version, day = facts()["CHANGELOG.md"]
     (target / "tag.txt").write_text(tag())
     if day == "unreleased":
         print("CHANGELOG.md says unreleased: give its heading the date of CITATION.cff, and run this again")
-    print(f"git tag -a v{version} -F {target.name}/tag.txt; then upload {sdist.name} and {wheel.name}")
+    print(f"git tag -a v{version} -F {target.name}/tag.txt; then upload {sdist.name}, {wheel.name}, {again.name}")
 
 
 if __name__ == "__main__":

@@ -1,19 +1,45 @@
 """Build a wheel with packs: machine code of the package's own kernels, compiled for levels of x86-64.
 
-Works on a copy of the tree, which stays without packs. They serve the version of Python that runs this.
+Works on a copy of the tree, which stays without packs. They serve the versions of Python and Numba that run this. The
+name of the wheel has tags of that Python and of the platform of its Numba, so pip refuses it elsewhere.
 Run: python .ci/wheel.py FOLDER
 """
 
+import json
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tempfile
+import zipfile
+from importlib import metadata
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 FILES = ("pyproject.toml", "README.md", "LICENSE", "MANIFEST.in")
+
+SETUP = """
+from setuptools import Distribution, setup
+
+
+class WithMachineCode(Distribution):
+    def has_ext_modules(self):
+        return True
+
+
+setup(distclass=WithMachineCode, options={{"bdist_wheel": {{"plat_name": {platform!r}}}}})
+"""
+"""The `setup.py` of a wheel with packs: setuptools then names the version of Python and the platform."""
+
+
+def numba_platform() -> str:
+    """Return the platform tag of the installed Numba, which runs the machine code; of several the first."""
+    lines = (metadata.distribution("numba").read_text("WHEEL") or "").splitlines()
+    tags = sorted(line.rpartition("-")[2] for line in lines if line.startswith("Tag: "))
+    return tags[0] if tags and tags[0] != "any" else sysconfig.get_platform()
 
 
 def main(target: Path) -> None:
@@ -26,8 +52,34 @@ def main(target: Path) -> None:
             shutil.copy(ROOT / name, tree)
         if platform.machine().lower() in ("x86_64", "amd64"):
             _packs(tree, Path(place))
-        pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(target), str(tree)]
-        subprocess.run(pip, check=True)
+        (wheel,) = wheels(tree, Path(place) / "wheel")
+        if wrong := misnomer(wheel):
+            raise SystemExit(wrong)
+        target.mkdir(parents=True, exist_ok=True)
+        shutil.copy(wheel, target)
+    print(f'pip install "{target / wheel.name}[demo]"')
+
+
+def wheels(tree: Path, folder: Path) -> list[Path]:
+    """Build the wheel of a tree in a new folder; with packs its tags are those of this Python and its Numba."""
+    if any(tree.glob("fastaff/engine/prebuilt/*.pack")):
+        (tree / "setup.py").write_text(SETUP.format(platform=numba_platform()))
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--quiet", "--no-deps"]
+    subprocess.run([*pip, "--wheel-dir", str(folder), str(tree)], check=True)
+    return list(folder.glob("*.whl"))
+
+
+def misnomer(wheel: Path) -> str:
+    """Return what is wrong with the name of a wheel; "" for one that is right. With packs it has the tags of this
+    Python and of the platform of its Numba, without packs those of any Python 3.
+    """
+    with zipfile.ZipFile(wheel) as packed:
+        code = any(name.endswith(".pack") for name in packed.namelist())
+    python = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    abi = f"{python}{sys.abiflags}"
+    right = f"{python}-{abi}-{re.sub('[-.]', '_', numba_platform())}" if code else "py3-none-any"
+    named = "-".join(wheel.stem.split("-")[-3:])
+    return "" if named == right else f"{wheel.name} must have the tags {right}, as it has {'' if code else 'no '}packs"
 
 
 def _packs(tree: Path, place: Path) -> None:
@@ -56,6 +108,8 @@ def _packs(tree: Path, place: Path) -> None:
         pack = build(code, level, pack_key(), FOLDER)
         print(f"{pack.name}: {pack.stat().st_size / 2**20:.1f} MiB")
     shutil.copy(place / next(iter(LEVELS)) / INDEX, FOLDER)
+    built = {"Python": platform.python_version(), **{name: metadata.version(name) for name in ("numba", "llvmlite")}}
+    (FOLDER / "built.json").write_text(json.dumps(built))
     end([start("again")])
     if prebuilt() is not None and list((place / "again").rglob(f"*{SUFFIX}")):
         raise SystemExit("the same calls compile something that the pack lacks")

@@ -374,7 +374,7 @@ def _module(name: str) -> Any:
     from .core.interruption import imported
     from .results.progress import watched
 
-    with watched("loading"):
+    with watched("loading", logged=False):
         return imported(f".{_INSIDE.get(name, name)}", __name__)
 
 

@@ -46,6 +46,7 @@ POINTS = np.array([RING.real + 2.0, RING.imag])
 TURNED = np.array([RING.real, RING.imag])[:, None] * np.array([[1.0], [0.5]])
 SLOW = np.array([np.cos(0.3 * np.arange(200)), -np.sin(0.3 * np.arange(200))])[:, None] * np.array([[1.0], [0.5]])
 LONG = np.array([np.cos(0.3 * np.arange(400)), -np.sin(0.3 * np.arange(400))])
+SERIES = np.cos(np.cumsum(np.sqrt(np.arange(700.0))))
 LEVELS = np.cumsum(RNG.exponential(size=60))
 FIXED = {"step": 0.1, "threads": 1}
 MOTION = fa.jobs.IntegrateOptions(time=1.0)
@@ -332,6 +333,8 @@ CALLS = {
     ),
     "fit_spacings": (fa.quantum.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.quantum.Brody}),
     "fit_samples": (fa.tori.fit_samples, {"samples": LONG, "dt": 0.1}),
+    "map_samples": (fa.sections.map_samples, {"samples": LONG, "dt": 0.1, "section": "q1=0"}),
+    "series_exponent": (fa.chaos.series_exponent, {"series": SERIES}),
     "fit_torus": (fa.fit_torus, {"model": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
     "fit_torus.map": (fa.fit_torus, {"model": fa.models.maps.StandardMap(0.5), "z0": [0.2, 2.1], "time": 300.0}),
     "ode": (fa.ode, {"text": "x' = k*y; y' = -x; z' = x*y - z", "k": 1.0}),
@@ -356,6 +359,7 @@ CALLS = {
     "husimi": (fa.quantum.husimi, {"state": lambda: result("state")}),
     "integrate.flow": (fa.integrate, {"model": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "samples": 2, "threads": 1}),
     "integrate": (fa.integrate, {"model": HH, "z0": Z4, **REAL_TIME}),
+    "integrate.times": (fa.integrate, {"model": HH, "z0": Z4, **REAL_TIME, "samples": np.array([0.3, 1.0, 1.7])}),
     "islands": (fa.islands, {"points": POINTS, "max_islands": 4}),
     "level_diagram": (fa.quantum.level_diagram, {"make": own_harmonic, "values": [1.0, 2.0], **Q, "count": 2}),
     "level_list": (fa.quantum.level_list, {"classes": lambda: [result("levels")]}),
@@ -885,6 +889,13 @@ def call(name, given):
     return CALLS[name][0](*first, **given)
 
 
+def _fields(value):
+    """Return the names of all parameters of a model, those of its parts too, by which a refusal may call them."""
+    if isinstance(value, type) or not isinstance(value, tuple) or not hasattr(value, "_fields"):
+        return []
+    return [*value._fields, *(name for part in value for name in _fields(part))]
+
+
 def outcome(name, *replaced):
     """Call with arguments replaced, each by the name of a value; return "accepted", "refused", or what is wrong in
     words.
@@ -892,7 +903,6 @@ def outcome(name, *replaced):
     A refusal names one of these arguments, or another one of the call that it does not go with, and says so once.
     """
     given, wanted = base(name), [argument for argument, _ in replaced]
-    names = "|".join(re.escape(other.rstrip("s")) for other in {*arguments(name), *wanted})
     for argument, value in replaced:
         if value in VALUES:
             given[argument] = VALUES[value]
@@ -900,6 +910,8 @@ def outcome(name, *replaced):
             given[argument] = others[value]
         else:
             given[argument] = astray(usual(name, argument))[value]
+    known = {*arguments(name), *wanted, *(field for argument in wanted for field in _fields(given[argument]))}
+    names = "|".join(re.escape(other.rstrip("s")) for other in known)
     own = any(argument in FUNCTIONS and callable(given[argument]) for argument in wanted)
     long = any(argument in LONG for argument in wanted)
     timed = threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer")

@@ -690,6 +690,24 @@ ROWS = [
         "z0 must be one phase point of shape (4,), got 2 orbits. Try z0[:, 0].",
     ),
     (
+        lambda: fa.fit_torus(PLANE, Z4[:, 0], time=50.0, angles="phi R"),
+        ValueError,
+        "angles must be 'R phi' for x, y or 'R z phi' for x, y, z, got 'phi R'.",
+    ),
+    (
+        lambda: fa.fit_torus(PLANE, Z4[:, 0], time=50.0, angles="R z phi"),
+        ValueError,
+        "angles must be of 2 coordinates, got 'R z phi' of 3. Use 'R phi'.",
+    ),
+    (
+        lambda: fa.fit_torus(PLANE, Z4[:, 0], time=50.0, angles="R phi"),
+        ValueError,
+        (
+            "model must be symmetric about the z axis for angles='R phi', got forces that depend on the azimuth. "
+            "Leave angles out."
+        ),
+    ),
+    (
         lambda: fa.tunes(np.ones((3, 4, 100))),
         ValueError,
         (

@@ -15,12 +15,13 @@ from typing import Any
 
 MARK = re.compile(r"<!-- page: (\S+)(?: from (#+ .+?))?(?: before (#+ .+?))? -->")
 HISTORY = re.compile(r"<!-- history: (\S+) -->")
+PICTURE = re.compile(r'<picture>\s*(?:<source[^>]*>\s*)+<img alt="([^"]*)" src="([^"]*)"[^>]*>\s*</picture>')
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)#\s]+)(#[^)\s]*)?\)")
 
 
 def relinked(text: str, source: Path, page: Path, pages: dict[Path, Path]) -> str:
     """Return the Markdown text of a file as part of a page: relative links lead where they did, or to the page that has
-    the file.
+    the file. A picture with a version for dark pages becomes its first version, which the site inverts itself.
     """
 
     def link(found: re.Match[str]) -> str:
@@ -31,7 +32,7 @@ def relinked(text: str, source: Path, page: Path, pages: dict[Path, Path]) -> st
         path = pages.get(path, path)
         return f"{found[1]}{Path(os.path.relpath(path, page.parent)).as_posix()}{found[3] or ''})"
 
-    return LINK.sub(link, text)
+    return LINK.sub(link, PICTURE.sub(r"![\1](\2)", text))
 
 
 def part(text: str, begin: str | None, end: str | None) -> str:

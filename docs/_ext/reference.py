@@ -64,7 +64,7 @@ PAGES: dict[str, Page] = {
         {
             "": "poincare_map energy_grid energy_sample islands rotation_number AlphaTurning BetaTurning AlphaEquals "
             "BetaEquals AreaEquals Hyperplane",
-            "sections": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
+            "sections": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached map_samples",
             "systems.models.sections": " ".join(["Stroboscopic AngleEquals", *OWN_SECTIONS]),
         },
     ),
@@ -96,7 +96,8 @@ PAGES: dict[str, Page] = {
             "ZeroOneTest WeightedBirkhoff FrequencyDiffusion ReversibilityError",
             "chaos": " ".join(
                 [
-                    "ChaosMap ChaoticFraction BifurcationDiagram bifurcation_diagram Shares TangentIndicator",
+                    "ChaosMap ChaoticFraction BifurcationDiagram bifurcation_diagram "
+                    "SeriesExponent series_exponent Shares TangentIndicator",
                     *OWN_INDICATORS,
                 ]
             ),

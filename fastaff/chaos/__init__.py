@@ -2,6 +2,7 @@
 
 from .chaos_map import ChaosMap
 from .chaotic_fraction import ChaoticFraction
+from .measured_series import SeriesExponent, series_exponent
 from .own_indicator import TangentIndicator
 from .parameter_diagrams import BifurcationDiagram, bifurcation_diagram
 from .shares import Shares
@@ -10,7 +11,9 @@ __all__ = [
     "BifurcationDiagram",
     "ChaosMap",
     "ChaoticFraction",
+    "SeriesExponent",
     "Shares",
     "TangentIndicator",
     "bifurcation_diagram",
+    "series_exponent",
 ]

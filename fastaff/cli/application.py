@@ -51,7 +51,10 @@ COMMANDS: dict[str, Any] = {
     "doctor": doctor,
     "explore": explore,
 }
-NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need matplotlib: pip install "fastaff[demo]"'
+NO_EXTRAS = (
+    'fastaff: commands but "fastaff explore" need cyclopts and rich, figures need matplotlib: pip install '
+    '"fastaff[demo]"'
+)
 
 
 def _columns(width: str) -> str:
@@ -65,8 +68,7 @@ def _columns(width: str) -> str:
 def answer(arguments: list[str]) -> int:
     """Run a command line and return its exit code; an error is one line."""
     if cyclopts is None:
-        print(NO_EXTRAS, file=sys.stderr)
-        return EXIT_WRONG_INPUT
+        return _answer_without_extras(arguments)
     if width := os.environ.get("COLUMNS", ""):
         os.environ["COLUMNS"] = _columns(width)
     try:
@@ -89,6 +91,14 @@ def answer(arguments: list[str]) -> int:
         own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
         with spelled(as_flag):
             _fail(_one_line(respelled(str(problem), OPTIONS.union(own))))
+    return EXIT_WRONG_INPUT
+
+
+def _answer_without_extras(arguments: list[str]) -> int:
+    """Write the explorer, which needs no further package; for other commands name the packages."""
+    if arguments[:1] == ["explore"] and set(arguments[1:]) <= {"--open"}:
+        return explore(open_page="--open" in arguments)
+    print(NO_EXTRAS, file=sys.stderr)
     return EXIT_WRONG_INPUT
 
 

@@ -256,47 +256,73 @@ def _plane(p: Portrait) -> tuple[str, str]:
     return f"{other}/{r}", f"gamma/{r}"
 
 
+TYPE = {"figure.labelsize": 12.0, "axes.labelsize": 13.0, "axes.titlesize": 12.0}
+TICKS = 11.0
+"""Sizes in points: 7.5 pixels and more on a telephone, whose 390 pixels show the 7.2 inches of the figure."""
+
+WIDTH, HEIGHT = 7.2, 10.8
+"""Inches of the figure."""
+
+
 def draw(chaotic: Portrait, integrable: Portrait) -> Any:
-    """Draw both portraits, one below the other: section, diffusion over the energy surface, frequency map."""
+    """Draw both portraits side by side: section, diffusion over the energy surface, frequency map."""
+    import matplotlib
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(12.6, 9.0), dpi=200)
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=200)
     layout = figure.add_gridspec(
-        2, 4, width_ratios=(1, 1, 1, 0.04), left=0.055, right=0.94, bottom=0.11, top=0.93, wspace=0.36, hspace=0.34
+        4, 2, height_ratios=(1, 1, 1, 0.06), left=0.115, right=0.975, bottom=0.1, top=0.925, wspace=0.36, hspace=0.56
     )
     norm = plot.clipped(np.concatenate([chaotic.map.diffusion, chaotic.diffusion]))
-    for row, p in enumerate((chaotic, integrable)):
-        axes = [figure.add_subplot(layout[row, k]) for k in range(3)]
-        last = _draw_row(p, axes, norm, row)
-    bar = figure.colorbar(last, cax=figure.add_subplot(layout[:, 3]), extend="both")
-    bar.set_label(r"diffusion   $\log_{10}\,\max_k\,|\nu_k^{(2)}-\nu_k^{(1)}|$   (cycles per unit time)")
-    figure.text(0.055, 0.018, _caption(chaotic, integrable), fontsize=8.2, va="bottom")
+    with matplotlib.rc_context(TYPE):
+        for column, p in enumerate((chaotic, integrable)):
+            axes = [figure.add_subplot(layout[k, column]) for k in range(3)]
+            last = _draw_column(p, axes, norm, column)
+        bar = figure.colorbar(last, cax=figure.add_subplot(layout[3, :]), extend="both", orientation="horizontal")
+    bar.ax.tick_params(labelsize=TICKS)
+    bar.set_label(r"diffusion  $\log_{10}\,\max_k\,|\nu_k^{(2)}-\nu_k^{(1)}|$", fontsize=TYPE["figure.labelsize"])
+    figure.text(0.5, 0.008, _caption(), fontsize=TICKS, ha="center", va="bottom")
     return figure
 
 
-def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> Any:
+def _draw_column(p: Portrait, axes: list, norm: Any, column: int) -> Any:
     drawn = plot.plot_section(
-        p.section, ax=axes[0], values=p.diffusion, boundary=p.edge, norm=norm, colorbar=False, size=0.5
+        p.section, ax=axes[0], values=p.diffusion, boundary=p.edge, norm=norm, colorbar=False, size=0.4
     )
     plot.plot_diffusion_grid(p.grid, p.map.diffusion, ax=axes[1], norm=norm, colorbar=False)
-    axes[1].axhline(P_GAMMA, color="0.1", lw=1.5)
-    axes[1].axhline(P_GAMMA, color="white", lw=0.9, ls=(0, (5, 4)))
+    axes[1].axhline(P_GAMMA, color="0.1", lw=1.8)
+    axes[1].axhline(P_GAMMA, color="white", lw=1.1, ls=(0, (5, 4)))
     axes[1].set_ylim(0.0, None)
     x, y = _plane(p)
     limits = tuple(_padded(plot.frequency(p.map, name)[p.shown]) for name in (x, y))
-    lines = LINES if row == 0 else ()
-    plot.plot_frequency_map(
-        p.map, ax=axes[2], x=x, y=y, shown=p.shown, norm=norm, colorbar=False, lines=lines, limits=limits, size=2.2
+    lines = LINES if column == 0 else ()
+    frequencies = plot.plot_frequency_map(
+        p.map, ax=axes[2], x=x, y=y, shown=p.shown, norm=norm, colorbar=False, lines=lines, limits=limits, size=2.0
     )
-    titles = (
-        (r"neo-Hookean body: section $p_\alpha=0$", r"hyperelastic body: section $p_\alpha=0$"),
-        (r"same energy, all $p_\gamma$, at $p_\beta=0$", r"same energy, all $p_\gamma$, at $p_\beta=0$"),
-        ("frequency map of (b)", "frequency map of (e): integrable, smooth"),
+    for label in frequencies.labels:
+        label.set_fontsize(TICKS)
+    titles = (r"section $p_\alpha=0$", r"all $p_\gamma$, at $p_\beta=0$", "frequencies")
+    axes[0].annotate(
+        f"{p.name} body",
+        (0, 1),
+        (0, 26),
+        "axes fraction",
+        "offset points",
+        fontsize=TYPE["axes.labelsize"],
+        weight="bold",
     )
     for k, ax in enumerate(axes):
-        above = row == 0 and k == 2
-        ax.set_title(f"({'abcdef'[3 * row + k]})  {titles[k][row]}", fontsize=9.5, loc="left", pad=19 if above else 6)
-        ax.tick_params(labelsize=8.5)
+        above = column == 0 and k == 2
+        ax.set_title(
+            f"({'abcdef'[2 * k + column]}) {titles[k]}",
+            fontsize=TYPE["axes.titlesize"],
+            loc="left",
+            pad=20 if above else 5,
+        )
+        ax.tick_params(labelsize=TICKS)
+        ax.xaxis.label.set_fontsize(TYPE["axes.labelsize"])
+        ax.yaxis.label.set_fontsize(TYPE["axes.labelsize"])
+        ax.locator_params(nbins=4)
     return drawn.points
 
 
@@ -306,11 +332,6 @@ def _padded(values: np.ndarray) -> tuple[float, float]:
     return float(low - pad), float(high + pad)
 
 
-def _caption(chaotic: Portrait, integrable: Portrait) -> str:
-    """Return one line: parameters and the meaning of lines; the rest is in the documentation."""
-    hidden = np.count_nonzero(~chaotic.shown), np.count_nonzero(~integrable.shown)
-    return (
-        r"$p_\eta=0.3$; $p_\gamma=0.2$ in (a), (d) and on the dashed lines. Lines $m\!:\!n$: resonances "
-        rf"$n\,\nu_{{\rm area}}=m\,\nu_r$. Not drawn: {hidden[0]} orbits in (c), {hidden[1]} in (f) without regular "
-        "frequencies of their own."
-    )
+def _caption() -> str:
+    """Return one line: the meaning of the lines; the rest is in the documentation."""
+    return r"dashed: $p_\gamma$ of (a), (b);   $m\!:\!n$: resonances $n\,\nu_{\rm area}=m\,\nu_r$"

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.interruption import Interrupted
 from ..core.status import Status
 from ..results.calls import keep
-from ..results.progress import Compilation
+from ..results.progress import COMPILING, Compilation, asked
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
 
@@ -157,11 +157,13 @@ def _crossings(result: Any) -> str:
 
 def compiled(first: Callable[[], Any], announce: bool = True) -> None:
     """Run `first`, the smallest case of the coming computation, in a thread of its own, so that Ctrl-C need not wait
-    for the compiler. Print a notice if it compiles.
+    for the compiler. If it compiles, say so, and at the end for how long.
     """
     failure: list[BaseException] = []
     finished = threading.Event()
     compilation = Compilation()
+    announce = announce and asked() is not False
+    noticed = False
 
     def work() -> None:
         try:
@@ -175,11 +177,13 @@ def compiled(first: Callable[[], Any], announce: bool = True) -> None:
         threading.Thread(target=work, daemon=True).start()
         finished.wait(0.5)  # a small kernel is not worth a word
         while not finished.wait(0.1):
-            if announce and compilation.begins:
-                say("compiling once")
-                announce = False
+            if announce and not noticed and compilation.begins:
+                say(COMPILING)
+                noticed = True
     if failure:
         raise failure[0]
+    if noticed:
+        say(compilation.said())
 
 
 def _leave_the_compiler(number: int, *_: Any) -> None:

@@ -82,7 +82,7 @@ PARAMETERS = {
             Surface of section, or a short form:
 
             - ``"x=0"``: crossings with x increasing; ``"x=0-"``: decreasing; ``"x=0+-"``: both; ``"p_x=0"`` likewise;
-            - ``"t=0"``: phase of a driven system, once per period;
+            - ``"t=0"``, ``"t=period/4"``: phase of a driven system, once per period;
             - ``"alpha-turning"`` or ``"beta=0.2"``: sections of a body.
 
             Default: the section of `z0` if `z0` is a grid or sample on one; none for a map.

@@ -19,7 +19,6 @@ from ..runs.requirements import checked_model, current_system
 from ..runs.scales import natural_rates
 from ..runs.schemes.catalogue import scheme_named
 from ..sections.energy_shell import EnergyShell
-from ..sections.islands import rotation_number
 from ..sections.poincare_map import poincare_map
 from ..sections.section_edge import edge
 from ..sections.section_points import lift
@@ -28,6 +27,7 @@ from ..systems.formulas.grammar import TIME, UnknownName
 from ..systems.formulas.iterated_map import iterated_map, untried
 from ..systems.formulas.section_text import section_named
 from ..systems.models.mechanics import System
+from .curve import curve_rotation
 from .parameters import parameter_values, with_parameters
 from .plane import Plane, map_reading, survived
 
@@ -64,7 +64,7 @@ class Answers:
     """Answers messages: `post` gets each as a dictionary, with NumPy arrays where the page has typed ones.
 
     systems: models by the name that the page has for them. Every launch is a `poincare_map`, each reading a
-    `rotation_number`, a `chaos_map` and a `frequency_map`; wrong input is answered, never raised.
+    `curve_rotation`, a `chaos_map` and a `frequency_map`; wrong input is answered, never raised.
     """
 
     def __init__(self, systems: dict[str, Any], post: Callable[[dict[str, Any]], None]):
@@ -333,10 +333,8 @@ class Answers:
 
     def _reading(self, z0: np.ndarray, points: np.ndarray, time: float) -> dict[str, Any]:
         """Return rotation number, indicators of chaos and frequencies of an orbit."""
-        turning = rotation_number(points) if points.shape[1] else None
-        rotation = None
-        if turning is not None and np.isfinite(turning.error[0]):
-            rotation = {"value": float(turning.rotation[0]), "error": float(turning.error[0])}
+        turning = curve_rotation(points) if points.shape[1] else None
+        rotation = None if turning is None else turning._asdict()
         chaos = chaos_map(self.model, z0, time=time, indicators=(MEGNO(), Lyapunov()))
         found = frequency_map(self.model, z0, time=time)
         values = [*found.dominant[:, 0]]

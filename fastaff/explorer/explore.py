@@ -47,7 +47,13 @@ ACCURACY = 1e-10
 """Error of the first crossings where none is asked for."""
 
 TRIED = 3000
-"""Steps of a trial orbit."""
+"""Steps of a trial orbit, as in trial_section.js."""
+
+LEAST_CROSSED = 8
+"""Crossings of a trial orbit that a section needs."""
+
+BESIDE_ZERO = 0.1
+"""Distance of a variable's middle value from 0, in parts of its range, up to which its section is at 0."""
 
 
 @says_progress
@@ -71,14 +77,14 @@ def explore(
     ----------
     model : model, optional
         Body with a doubly isotropic potential, or system of two degrees of freedom, with H(q, p) and rotating frames.
-        Driven systems of one coordinate, maps, and ODE systems of three or more variables are supported too. Default:
-        the neo-Hookean body. The page has all named models anyway.
+        Driven systems of one coordinate, maps, also of one variable, and ODE systems of three or more variables are
+        supported too. Default: the neo-Hookean body. The page has all named models anyway.
     energy : float, optional
         Energy of the orbits. None for a map, an ODE or a driven system.
     section : Section or str, optional
         Surface of section, for example ``"alpha-turning"``, ``"beta=0.4"``, ``"x=0"``, or ``"t=0"`` for a driven
-        system. Default: alpha-turning, the first coordinate = 0 whose section the energy reaches, the last variable of
-        an ODE = 0, or t = 0.
+        system. Default: alpha-turning, the first coordinate = 0 whose section the energy reaches, a section of an ODE
+        that a trial orbit crosses, or t = 0.
     p_eta, p_gamma : float, default 0
         Angular momenta of the planes of a body.
     accuracy : float, default 1e-10
@@ -89,8 +95,8 @@ def explore(
     background : path_like or tuple, optional
         Chaos or frequency map over a grid of the section: a file, or a pair of result and `EnergyGrid`.
     points : array_like, shape (2, orbits), optional
-        Section coordinates of the first orbits of the page, [] for none. Default: twelve over the region, or none with
-        a background.
+        Section coordinates of the first orbits of the page, [] for none. Default: twelve over the region, one for a
+        map of one variable, or none with a background.
     fixed : dict of float, optional
         For a map or an ODE, initial values of the other rows by name. Default: 0.
     out : path_like, optional
@@ -115,6 +121,7 @@ def explore(
     -----
     - Energy, section, accuracy and scheme are not supported for maps and driven systems: a point of the plane is an
       orbit of iterates, or of states once per period. Periodic coordinates of a map are in [-T/2, T/2).
+    - A map of one variable has the plane of x and its image, with a cobweb and a bifurcation diagram.
     - The coordinate of a driven system is periodic if the force has the period 2 pi or the model declares it.
     - Orbits of H(q, p) start at the outermost root of a momentum with a velocity of the sign of the direction.
     - Accuracy: first crossings agree with `poincare_map` to `accuracy`. Later ones of chaotic orbits differ with the
@@ -303,14 +310,13 @@ def _flowing(system: System, section: Any, fixed: Any, **given: Any) -> dict[str
     check_given(system, "a page of orbits", **given)
     names = system.names
     met = _met(system)
-    middle, extent = (float(of(met[-1])) if met.size else 0.0 for of in (np.median, np.ptp))
-    cut = f"{names[-1]}={middle if abs(middle) > extent / 10 else 0:.2g}" if section is None else section
-    cut = section_named(cut, system) if isinstance(cut, str) else cut
+    trial = _trial_section(system, met) if section is None else section
+    cut = section_named(trial, system) if isinstance(trial, str) else trial
     starts = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, names): real(f"fixed[{name!r}]", value) for name, value in starts.items()}
     record = {"energy": None, **section_record(cut, system)}  # which refuses sections that the page does not draw
     height = np.array([cut.value(*z) for z in met.T]) * (cut.direction or 1)
-    crossed = np.flatnonzero((height[1:] > 0) & (height[:-1] <= 0))
+    crossed = _upward(height)
     usual = np.zeros((len(names), 1))
     if crossed.size:  # on the line between the samples beside the section
         k = crossed[-1]
@@ -319,6 +325,28 @@ def _flowing(system: System, section: Any, fixed: Any, **given: Any) -> dict[str
     outside = [name for name in names if record["section"] != f"{name}=c"][2:]
     beside = {name: float(f"{usual[names.index(name), 0]:.2g}") for name in outside}
     return {**record, "others": dict.fromkeys(names, 0.0) | beside | others}
+
+
+def _trial_section(system: System, met: np.ndarray) -> str:
+    """Return the section that a trial orbit (rows, moments) crosses, as trial_section.js finds it.
+
+    It is that of the first variable, from the last one on, whose middle value is crossed often enough. A middle value
+    near 0 is taken as 0.
+    """
+    names = system.names
+    for name, values in zip(names[::-1], met[::-1], strict=True):
+        if not values.size:
+            continue
+        middle = float(np.sort(values)[values.size // 2])
+        constant = float(f"{middle:.2g}") if abs(middle) > BESIDE_ZERO * np.ptp(values) else 0.0
+        if _upward(values - constant).size >= LEAST_CROSSED:
+            return f"{name}={constant!r}"
+    return f"{names[-1]}=0"
+
+
+def _upward(height: np.ndarray) -> np.ndarray:
+    """Return the samples after which a signal (moments,) passes 0 upwards."""
+    return np.flatnonzero((height[1:] > 0) & (height[:-1] <= 0))
 
 
 def _met(system: System) -> np.ndarray:

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..core.status import Status
 from ..frequencies.frequency_map import frequency_map
-from ..sections.islands import rotation_number
 from ..systems.models.maps import jacobian
 from ..systems.models.mechanics import System
+from .curve import curve_rotation
 from .setup import planes
 
 SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)
@@ -189,19 +189,16 @@ def map_reading(plane: Plane, z0: np.ndarray, states: np.ndarray, points: np.nda
     value = values[at]
     error = errors[at]
     if alone and not plane.periods[0]:
-        turning = rotation_number(points)
-        value = float(turning.rotation[0])
-        error = float(turning.error[0])
+        turning = curve_rotation(points)
+        value, error = (None, None) if turning is None else turning
     if value is None or error is None:
         return {"rotation": None, "frequencies": lines}
     rotation: dict[str, Any] = {"value": value, "error": error}
     locked = [q for q in range(1, LOCKED + 1) if abs(q * value - round(q * value)) <= q * min(error, 1 / count)]
     if alone and locked:
         q = locked[0]
-        secondary = rotation_number(_lifted(plane, z0, states, points, round(q * value), q)[:, q - 1 :: q])
-        known = bool(np.isfinite(secondary.error[0]))
-        kept = {"value": float(secondary.rotation[0]), "error": float(secondary.error[0])} if known else None
-        rotation |= {"q": q, "secondary": kept}
+        secondary = curve_rotation(_lifted(plane, z0, states, points, round(q * value), q)[:, q - 1 :: q])
+        rotation |= {"q": q, "secondary": None if secondary is None else secondary._asdict()}
     return {"rotation": rotation, "frequencies": lines}
 
 

@@ -31,9 +31,9 @@ def model_code(system: System) -> dict[str, Any]:
     n = system.n
     kind = "body" if system.isotropic else "driven" if system.driven else "plane"
     if kind == "driven" and n != 2:
-        raise _too_many("have one coordinate beside its time", system)
+        raise _too_many("have one coordinate beside its time for a page", system)
     if n != (4 if kind == "body" else 2):
-        raise _too_many("be one with a doubly isotropic potential, or a system of two coordinates,", system)
+        raise _too_many("be a body with a doubly isotropic potential, or have two coordinates", system)
     q, p, d = ([f"{stem}{i}" for i in range(n)] for stem in "qpd")
     own = ScriptPart(system.model, ())
     wanted: list[tuple[str, ScriptPart, str, list[str]]] = [
@@ -64,30 +64,40 @@ def model_code(system: System) -> dict[str, Any]:
 def _too_many(takes: str, system: System) -> Refused:
     """Return the refusal of a system with another number of coordinates than a page draws."""
     names = system.names[: system.moving]
-    where = "section='t=0', crossings=100" if system.driven else f"section='{names[0]}=0', crossings=100, max_time=1e4"
-    return Refused(
-        f"model must {takes} to be explored; {kind_of(system.model)} has the {len(names)} coordinates "
-        f"{', '.join(names)}: "
-        f"fa.poincare_map(body, z0, {where}) computes its section"
-    )
+    where = "t=0" if system.driven else f"{names[0]}=0"
+    kind = kind_of(system.model)
+    return Refused(f"model must {takes}, got {kind} with {len(names)}. Try fa.poincare_map with section='{where}'.")
 
 
 def _map_code(system: System) -> dict[str, Any]:
-    """Return a map as data: winds (2n,) is true for rows with a period."""
+    """Return a map as data: winds (2n,) is true for rows with a period; one variable has an idle row beside it."""
     n = system.n
     own = ScriptPart(system.model, ())
-    rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
+    rows = [f"{stem}{i}" for stem in "qp" for i in range(n)][: system.rows]
     names = [name for name, _ in numbers_in(system.model, ())]
     wanted: tuple[tuple[str, str, list[str]], ...] = (
         ("iterate", "iterate", rows),
-        ("tangent", "tangent_iterate", [*rows, *(f"d{r}" for r in range(2 * n))]),
+        ("tangent", "tangent_iterate", [*rows, *(f"d{r}" for r in range(system.rows))]),
         ("periods", "periods", []),
         ("margin", "margin", rows[:n]),
     )
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
     angles = list(system.names)
     winds = [float(period) > 0 for period in system.model.periods()]
-    return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
+    line = system.rows == 1
+    if line:
+        winds.append(False)
+        for key in ("iterate", "tangent", "periods"):
+            methods[key]["results"].append("0")
+    return {
+        "kind": "map",
+        "n": n,
+        "line": line,
+        "parameters": names,
+        "angles": angles,
+        "winds": winds,
+        "methods": methods,
+    }
 
 
 class TurningFrameMethods:
@@ -144,7 +154,7 @@ def _equations_code(system: System) -> dict[str, Any]:
     )
     own = ScriptPart(whole, ())
     if system.canonical and system.n != 2:
-        raise _too_many("have two degrees of freedom, or one beside its time,", system)
+        raise _too_many("have two coordinates, or one beside its time", system)
     if not system.canonical and system.rows < 3:
         raise Refused(
             f"model must have 3 variables or more to have a section, {kind_of(system.model)} has {system.rows}"

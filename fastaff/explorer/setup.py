@@ -110,7 +110,7 @@ def system_record(system: System, name: str, title: str, formula: str, start: di
         kind = "body"
     else:
         kind = "plane"
-    kind = kind if system.canonical else "ode"
+    kind = kind if system.canonical or system.iterated else "ode"
     sections: Any = BODY_SECTIONS
     if kind != "body":
         sections = [(plane, None) for plane in planes(system)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
@@ -128,13 +128,16 @@ def system_record(system: System, name: str, title: str, formula: str, start: di
         "p_eta": start["p_eta"],
         "p_gamma": start["p_gamma"],
         "driven": system.driven,
+        "line": system.iterated and system.rows == 1,
         "phase": start.get("phase"),
         "job": job_record(system),
     }
 
 
 def planes(system: System) -> list[str]:
-    """Return the planes of a map that a page has: each coordinate with its momentum."""
+    """Return the planes of a map that a page has: each coordinate with its momentum, or one variable with its image."""
+    if system.rows == 1:
+        return list(system.names)
     return [f"{system.row_names[k]},{system.row_names[system.n + k]}" for k in range(system.moving)]
 
 

@@ -31,6 +31,8 @@ class ExplorerWidget(anywidget.AnyWidget):
 
     def __init__(self, model: Any = None, **options: Any):
         setup, chosen = setup_of(model, **options)
+        if current_system(chosen).rows == 1:
+            raise TypeError("model must have two variables or more in a notebook's explorer. Use fa.explore.")
         if current_system(chosen).driven:
             raise TypeError("model must have no drive in a notebook's explorer. Use fa.explore, which writes a page.")
         super().__init__(setup=setup, markup=web_text("page.html"))

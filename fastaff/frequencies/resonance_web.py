@@ -27,7 +27,7 @@ BIN = 0.1
 
 @dataclass(frozen=True)
 class ResonanceLine(Result, axis=None):
-    """Resonance k . nu = 0 in a plane of initial conditions or of frequency ratios.
+    """Resonance k·nu = 0 in a plane of initial conditions or of frequency ratios.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ def resonance_web(
     jump: float | None = None,
     shortest: int = 4,
 ) -> list[ResonanceLine]:
-    r"""Find the lines k . nu = 0 over a grid of initial conditions.
+    r"""Find the lines k·nu = 0 over a grid of initial conditions.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ MAX_ORDER = 50
 
 @dataclass(frozen=True)
 class Resonances(Result):
-    r"""Resonance module of each orbit: the lattice of integer vectors k with k . nu = 0 within its width.
+    r"""Resonance module of each orbit: the lattice of integer vectors k with k·nu = 0 within its width.
 
     Arrays over orbits have the shape of one row of the frequencies.
 

@@ -13,10 +13,11 @@ from ..core.docstrings import inserts_parameters
 from ..core.names import named, spelled
 from ..core.numbers import nonnegative, positive, whole
 from ..frequencies.frequency_map import frequency_map
-from ..runs.integrate import integrate
+from ..runs.integrate import integrate, sample_times
 from ..runs.scales import typical_rate
 from ..runs.schemes.catalogue import SCHEMES, VERNER9
 from ..sections.poincare_map import poincare_map
+from ..systems.formulas.number import number
 from ..systems.models.mechanics import System
 from ..systems.models.sections import Stroboscopic
 from ..tori.action_angles import action_angles
@@ -393,8 +394,8 @@ class IntegrateOptions:
 
     time: float
     """Time of every orbit."""
-    samples: int = 0
-    """States that are kept at equal times. [0: the last one only]"""
+    samples: int | str = 0
+    """States that are kept: their number at equal times, or their times, such as 0:0.1:1:10. [0: the last one only]"""
 
     @inserts_parameters
     def check(self, run: RunOptions) -> None:
@@ -403,7 +404,7 @@ class IntegrateOptions:
         {job_check}
         """
         nonnegative("time", self.time)
-        whole("samples", self.samples, 0)
+        sample_times(_given_samples(self.samples), self.time)
 
     @inserts_parameters
     def resolve_defaults(self, few: AnalysedOrbits, run: RunOptions) -> dict[str, Any]:
@@ -414,10 +415,12 @@ class IntegrateOptions:
         Returns
         -------
         dict
-            Options ``time`` and ``samples``.
+            Options ``time`` and, unless the job has their times, ``samples``.
         """
         self.check(run)
-        return {"time": float(self.time), "samples": self.samples}
+        sample_times(_given_samples(self.samples), self.time, few.system.iterated)
+        settled: dict[str, Any] = {"time": float(self.time)}
+        return settled if isinstance(self.samples, str) else {**settled, "samples": self.samples}
 
     @inserts_parameters
     def compute(self, orbits: AnalysedOrbits, resolved: dict[str, Any], run: RunOptions, callback: Any = None) -> Any:
@@ -430,7 +433,13 @@ class IntegrateOptions:
         Orbits
             Result of the orbits.
         """
-        return integrate(orbits.model, orbits.z0, callback=callback, **resolved, **run.build(orbits.system))
+        how = {"samples": _given_samples(self.samples), **resolved, **run.build(orbits.system)}
+        return integrate(orbits.model, orbits.z0, callback=callback, **how)
+
+
+def _given_samples(samples: int | str) -> int | list[float]:
+    """Return a number of samples, or their times."""
+    return [number("samples", entry) for entry in samples.split(":")] if isinstance(samples, str) else samples
 
 
 ANALYSES: dict[str, type[Any]] = {

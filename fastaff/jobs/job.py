@@ -456,10 +456,11 @@ def _taken(name: str, value: Any, hint: Any) -> Any:
     and whole numbers for floats; refuse one of another kind.
     """
     kinds = _kinds(hint)
+    value = value.tolist() if isinstance(value, np.ndarray) else value
     if float in kinds and isinstance(value, str):
         return number(name, value)
     if str in kinds and not isinstance(value, str) and not hasattr(value, "_fields"):
-        if isinstance(value, int) and not isinstance(value, bool):
+        if isinstance(value, int) and not isinstance(value, bool) and int not in kinds:
             return f"{value:+d}" if name.endswith("direction") else str(value)
         if isinstance(value, (list, tuple)) and value and all(isinstance(entry, str) for entry in value):
             return ",".join(value)

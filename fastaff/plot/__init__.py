@@ -11,6 +11,7 @@ from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
 from .closed_orbits import plot_closed_orbits
 from .density import Density, count_points
+from .divergence import plot_divergence
 from .families import plot_families
 from .figures import FIGURES
 from .frequencies import plot_frequency_map, plot_tunes
@@ -60,6 +61,7 @@ __all__ = [
     "plot_density",
     "plot_diffusion_grid",
     "plot_diffusion_histogram",
+    "plot_divergence",
     "plot_edge",
     "plot_energy_of_actions",
     "plot_families",

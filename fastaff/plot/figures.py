@@ -9,6 +9,7 @@ import numpy as np
 
 from ..chaos.chaos_map import ChaosMap
 from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases
+from ..chaos.measured_series import SeriesExponent
 from ..chaos.parameter_diagrams import BifurcationDiagram
 from ..core.numbers import shown
 from ..frequencies.angle_lines import AngleLines
@@ -41,6 +42,7 @@ from ..tori.torus import TorusFit
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction
 from .closed_orbits import has_curves, plot_closed_orbits
+from .divergence import plot_divergence
 from .families import plot_families
 from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
@@ -118,6 +120,7 @@ FIGURES: dict[type, Callable] = {
     AngleLines: _angle_lines,
     Bifurcation: plot_bifurcation,
     BifurcationDiagram: plot_bifurcation_diagram,
+    SeriesExponent: plot_divergence,
     Branch: lambda branch, *others, **options: plot_backbone([branch, *others], **options),
     ChaosMap: _chaos_map,
     ChaoticFraction: plot_chaotic_fraction,

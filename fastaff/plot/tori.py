@@ -156,7 +156,7 @@ def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any
 @figure
 @inserts_parameters
 def plot_torus(result: TorusFit, *, ax: Any = None, row: int | None = None) -> Artists:
-    """Plot the Fourier series of a torus: the size of each term over its frequency k . nu.
+    """Plot the Fourier series of a torus: the size of each term over its frequency k·nu.
 
     Parameters
     ----------

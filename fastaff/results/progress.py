@@ -1,4 +1,5 @@
 """Progress of a long call on a terminal or in a notebook: that it compiles, the share that is done, the time left.
+In a pipe or file, the same as whole lines: of compilation through `logging`, of shares if they are asked for.
 
 A separate thread writes it, because the caller's may be in the compiler, which lets other Python threads run.
 """
@@ -8,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import inspect
+import logging
 import os
 import sys
 import threading
@@ -23,6 +25,18 @@ SILENCE = 1.5
 
 STALLED = 3.0
 """Least seconds without a report after which the earlier pace counts no more."""
+
+
+NOTICED = 5.0
+"""Seconds of compilation after which a call says so in a pipe or file, as Matplotlib does of its fonts."""
+
+SETTLED = 3
+"""Looks, one a second, without a compilation after which it counts as ended: calls compute between kernels."""
+
+APART = 30.0
+"""Seconds between lines in a pipe or file, where shares are asked for."""
+
+LOGGER = logging.getLogger("fastaff")
 
 
 class Compilation:
@@ -41,6 +55,14 @@ class Compilation:
         """Return the seconds of compilation so far."""
         return Compiling.spent() - self.begun
 
+    def said(self) -> str:
+        """Return how many kernels were compiled, and in which time."""
+        count = Compiling.kernels - self.kernels
+        return f"compiled {count} {'kernel' if count == 1 else 'kernels'} in {self.spent():.0f} s"
+
+
+COMPILING = "compiling once; later calls start within seconds"
+"""A call's first line where it compiles and its line is not written anew."""
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -61,14 +83,17 @@ def show_progress(shown: bool = True) -> None:
     """Let long calls show their progress, or keep them silent.
 
     In terminals and notebooks, a call of more than 2 s writes one line. The line shows that the call compiles, then the
-    completed fraction and the time left. It disappears at the end. Pipes, files and tests get no line. A call with a
-    `callback` writes no line.
+    completed fraction and the time left. It disappears at the end. A call with a `callback` writes no line.
+
+    In pipes and files, a call logs two lines if it compiles for more than 5 s: that it compiles, and at the end the
+    number of kernels and the seconds. The logger is ``logging.getLogger("fastaff")``, the level is WARNING. After
+    ``show_progress(True)``, long calls also write the completed fraction to stderr, every 30 s.
 
     Parameters
     ----------
     shown : bool, default True
-        False to keep all calls silent. The environment variable FASTAFF_PROGRESS=0 does the same for processes that do
-        not call this function.
+        True for progress in pipes and files, too; False to keep all calls silent. For processes that do not call this
+        function, the environment variable FASTAFF_PROGRESS=1 or 0 does the same.
 
     Returns
     -------
@@ -87,7 +112,7 @@ def show_progress(shown: bool = True) -> None:
     References
     ----------
     The time left follows from the completed fraction and its rate in the last third of the run, without time of
-    compilation.
+    compilation. The time of compilation is not estimated beforehand.
 
     Examples
     --------
@@ -114,31 +139,47 @@ def in_notebook() -> bool:
     return type(sys.stderr).__module__.startswith("ipykernel")
 
 
-def _looked_at() -> bool:
+def asked() -> bool | None:
+    """Return whether progress is asked for, by `show_progress` or the environment; None where nobody says."""
     if _Shown.wanted is not None:
         return _Shown.wanted
-    if os.environ.get("FASTAFF_PROGRESS") == "0":
-        return False
+    return {"0": False, "1": True}.get(os.environ.get("FASTAFF_PROGRESS", ""))
+
+
+def _looked_at() -> bool:
+    """Return whether stderr is a terminal or a notebook's."""
     try:
         return in_notebook() or sys.stderr.isatty()
     except (AttributeError, ValueError):  # no stream, or a closed one
         return False
 
 
+def _line(name: str, logged: bool) -> _Line | None:
+    wanted = asked()
+    if wanted is False:
+        return None
+    if _looked_at():
+        return _Line(name)
+    return _LoggedLines(name, shares=wanted is True) if wanted or logged else None
+
+
 @contextlib.contextmanager
-def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
+def watched(name: str, logged: bool = True) -> Iterator[Callable[[float], Any] | None]:
     """Show the progress of a call, and yield the `callback` that takes the fraction done; None where nobody looks, or
     where it is part of a call that is watched.
+
+    logged: whether the call says in pipes and files that it compiles.
     """
-    if _Shown.busy or threading.current_thread() is not threading.main_thread() or not _looked_at():
+    free = not _Shown.busy and threading.current_thread() is threading.main_thread()
+    line = _line(name, logged) if free else None
+    if line is None:
         yield None
         return
-    line = _Line(name)
     with silent():
         _Shown.line = line
         try:
             line.start()
-            yield line.report
+            yield line.report if line.shares else None
         finally:
             _Shown.line = None
             line.end()
@@ -163,7 +204,8 @@ def says_progress(function: Callable[P, R]) -> Callable[P, R]:
         if named.get("callback") is not None or named.get("on_chunk") is not None:
             with silent():
                 return function(*given, **named)
-        with watched(function.__name__) as callback:
+        # Processes of an executor fork while the call runs, where no thread should be.
+        with watched(function.__name__, logged=named.get("executor") is None) as callback:
             if told and callback is not None and "callback" not in named:
                 named["callback"] = callback
             return function(*given, **named)
@@ -173,6 +215,9 @@ def says_progress(function: Callable[P, R]) -> Callable[P, R]:
 
 class _Line(threading.Thread):
     """A line that is written anew while a call runs."""
+
+    pause = 0.2
+    shares = True
 
     def __init__(self, name: str):
         super().__init__(name="fastaff-progress", daemon=True)
@@ -193,13 +238,17 @@ class _Line(threading.Thread):
             self.marks = self.marks[:-1:2] + self.marks[-1:]
 
     def run(self) -> None:
-        """Write the line five times a second until the call ends."""
+        """Look after each pause what is to be said, until the call ends."""
         while True:
             try:
-                return self.bell.get(timeout=0.2)
+                return self.bell.get(timeout=self.pause)
             except Empty:
-                if text := self.text(clock.perf_counter() - self.begun):
-                    self.write(text)
+                self.look(clock.perf_counter() - self.begun)
+
+    def look(self, seconds: float) -> None:
+        """Write the line anew after that many seconds."""
+        if text := self.text(seconds):
+            self.write(text)
 
     def text(self, seconds: float) -> str:
         """Return the text of the line after that many seconds."""
@@ -241,6 +290,56 @@ class _Line(threading.Thread):
         elif self.width:
             self.write("")
             self.write("\r")
+
+
+class _LoggedLines(_Line):
+    """Lines in a pipe or file: that a call compiles, how long it took and, if asked for, the share that is done."""
+
+    pause = 1.0
+
+    def __init__(self, name: str, shares: bool):
+        super().__init__(name)
+        self.shares = shares
+        self.noticed = self.ended = False
+        self.kernels = Compiling.kernels
+        self.quiet = 0
+        self.next = APART
+
+    def look(self, seconds: float) -> None:
+        """Write what is new after that many seconds."""
+        quiet = not Compiling.depth and Compiling.kernels == self.kernels
+        self.kernels = Compiling.kernels
+        self.quiet = self.quiet + 1 if quiet else 0
+        if not self.noticed and self.compilation.begins and self.compilation.spent() > NOTICED:
+            self.noticed = True
+            self.notice(COMPILING)
+        elif self.noticed and not self.ended and self.quiet >= SETTLED:
+            self.settle()
+        elif self.shares and seconds > self.next:
+            self.next = seconds + APART
+            self.write(f"fastaff: {self.text(seconds)}")
+
+    def settle(self) -> None:
+        """Say how long the compilation took."""
+        self.ended = True
+        self.notice(self.compilation.said())
+
+    def notice(self, text: str) -> None:
+        """Log a line, which logging writes to stderr unless it is told otherwise."""
+        LOGGER.warning("fastaff: %s: %s", self.what, text)
+
+    def write(self, text: str) -> None:
+        """Write a line to stderr."""
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # a stream that is gone
+            sys.stderr.write(f"{text}\n")
+            sys.stderr.flush()
+
+    def end(self) -> None:
+        """Say what is left to be said."""
+        self.bell.put(None)
+        self.join(1.0)
+        if self.noticed and not self.ended:
+            self.settle()
 
 
 def computed() -> float:

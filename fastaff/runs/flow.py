@@ -27,6 +27,8 @@ from ..engine.kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..engine.kernels.collocation import collocate
 from ..engine.kernels.crossings import CERTAIN, RECORD
 from ..engine.kernels.drive import FixedSteps, RunningOrbits, run_along, run_fixed, run_one
+from ..engine.kernels.sample_times import ROUNDING
+from ..engine.kernels.sample_times import ROWS as SAMPLE_ROWS
 from ..engine.kernels.samples import DAMPING_ROWS, lost_until
 from ..engine.kernels.stepping import Blocks, Coefficients, runge_kutta
 from ..engine.lane_sums import VECTOR
@@ -855,6 +857,68 @@ class Flow:
         except KeyboardInterrupt:
             interrupted = True
         return states.transpose(1, 2, 0), interrupted
+
+    def trajectory_at(
+        self,
+        ensemble: Ensemble,
+        time: float,
+        moments: np.ndarray,
+        callback: Callback | None,
+        damping: Damping | None = None,
+    ) -> tuple[np.ndarray, bool]:
+        """Run orbits to a time and keep states at given times. They do not change the steps.
+
+        Parameters
+        ----------
+        {ensemble}
+        time : float
+            Time of the end of the run.
+        moments : ndarray, shape (moments,)
+            Increasing times in (0, time].
+        callback : callable or None
+            Function that is called with the completed fraction.
+        damping : Damping, optional
+            Loss of the momenta of each orbit, for artificial damping.
+
+        Returns
+        -------
+        states : ndarray, shape (moments, 2n, orbits)
+            States, NaN if not reached.
+        interrupted : bool
+            True if Ctrl-C ended the run.
+        """
+        rows, orbits = ensemble.z.shape
+        width = rows + 1
+        fits("samples", orbits, len(moments), width)
+        records = np.full((orbits, len(moments), width), np.nan)
+        records[..., 0] = moments
+        observer = observers.at_times(rows)
+        first = observer.rows
+        if damping is not None:
+            pace = damping.pace(ensemble.ahead)
+            observer = observers.either(observer, observers.damped_samples(rows, int(pace.min())))
+        memory = np.zeros((observer.rows, orbits))
+        memory[SAMPLE_ROWS.following] = moments[0]
+        if damping is not None:
+            damping.begin(ensemble, memory[first:], pace)
+            memory[first + DAMPING_ROWS.stride] = pace
+            memory[first + DAMPING_ROWS.left] = pace
+        interrupted = False
+        out = records.reshape(orbits, -1)
+        try:
+            self.advance(ensemble, observer, memory, out, time=time, refill=True, callback=callback)
+        except KeyboardInterrupt:
+            interrupted = True
+        reached = np.arange(len(moments)) < memory[SAMPLE_ROWS.taken, :, None]
+        back = np.where(reached, moments - records[..., 0], 0.0)
+        where = np.nonzero(np.abs(back) > 2 * ROUNDING * moments)
+        states = records[..., 1:]
+        if where[0].size:
+            # Two steps back, each at most half a step of the run: their error is smaller by the order.
+            half = 0.5 * back[where]
+            states[where] = self.shifted(self.shifted(states[where].T, half), half).T
+        self.states(states.transpose(2, 0, 1))
+        return states.transpose(1, 2, 0)[:, : self.system.rows], interrupted
 
     def observed(
         self,

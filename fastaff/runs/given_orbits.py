@@ -124,7 +124,7 @@ def given_orbits(
     elif _named(value):
         if names is None:
             raise ValueError(
-                "coordinates must be given for named arrays, q1, ..., qn, p1, ..., pn of the names "
+                "coordinates must name the arrays of samples in the order q1, ..., qn, p1, ..., pn, of the names "
                 f"{shown(list(value))}"
             )
         missing = [entry for entry in names if entry not in value]

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..core.docstrings import inserts_parameters
 from ..core.interruption import partial_result_on_interrupt
-from ..core.numbers import Callback, Passes, fits, portion, shown, whole
+from ..core.numbers import Callback, Passes, fits, numbers, portion, shown, whole
 from ..core.status import Status, describe
 from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.result import Result, along
@@ -43,6 +44,9 @@ from .tolerances import (
     with_tolerance,
 )
 
+EVEN = 1e-15
+"""Relative difference up to which times are those of equal samples: two roundings on either side."""
+
 CHUNK = 16384
 """Orbits that are run with two steps at once."""
 
@@ -50,7 +54,7 @@ POINTS = 2**16
 """Samples whose energies are computed at once, some of each orbit."""
 
 MOMENTS = 8
-"""Moments at least at which two runs are compared."""
+"""SampleMoments at least at which two runs are compared."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +145,7 @@ def integrate(
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
     scheme: Scheme | str | TimeTransformed | Automatic | None = None,
-    samples: int = 0,
+    samples: int | ArrayLike = 0,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
@@ -155,7 +159,8 @@ def integrate(
     {model}
     {z0}
     time : float
-        Length of the run, in units of time, positive. For a map, the number of iterates, a multiple of `samples`.
+        Length of the run, in units of time, positive. For a map, the number of iterates, a multiple of a number of
+        samples.
     {accuracy}
     {step}
     scheme : Scheme, TimeTransformed, Automatic or str, optional
@@ -169,8 +174,9 @@ def integrate(
 
         Default for a nonseparable H(q, p): VERNER9 for runs of up to 1000 radians of the motion and for orbits that
         equal steps lose; GAUSS8 for longer runs, or GAUSS16 for accuracies below 1e-11. ODE systems: DOP853.
-    samples : int, default 0
-        Number of samples at equal intervals in (0, time].
+    samples : int or array-like, shape (samples,), default 0
+        Number of samples at equal intervals in (0, time], or their times, which increase from 0 or later to at most
+        `time`. For a map, the times are whole numbers.
     {rtol}
     {atol}
     {energy_tolerance}
@@ -199,6 +205,7 @@ def integrate(
     * Domain: checked between steps. An orbit that leaves and returns within one step is not detected, except at poles
       of formulas.
     * Energy: its error stays bounded for splitting methods and grows with time for RKN12.
+    * Samples at times of yours do not change the steps. Two short steps of the scheme lead to each sample.
     * Maps: no step, scheme or energy; energy_error is 0.
     * Cost: one force evaluation per stage. The second run adds half of that, or the same again if round-off exceeds the
       accuracy.
@@ -228,47 +235,139 @@ def integrate(
     )
     problem = Problem(model, z0, options)
     time = problem.iterates("time", time)
-    count = whole("samples", samples, 0)
+    moments = sample_times(samples, time, problem.system.iterated)
     problem = problem.suited()
     options = problem.options
     flow, z, *_ = problem.plan(time=time, error=None, transformed=True)
-    fits("samples", count, *z.shape)
-    mapping = problem.system.iterated
-    if mapping and count and time % count:
-        raise ValueError(f"samples must divide the {time:g} iterates of a map, got {shown(samples)}")
-    goal = None if mapping else options.goal()
+    fits("samples", moments.number, *z.shape)
+    goal = None if problem.system.iterated else options.goal()
     work: Any = (
-        _Plain(flow, z, time, count, callback)
+        _Plain(flow, z, moments, callback)
         if goal is None
-        else _Accurate(flow, problem.system, z, time, count, goal, options.drift, callback, scheme is None)
+        else _Accurate(flow, problem.system, z, moments, goal, options.drift, callback, scheme is None)
     )
     with partial_result_on_interrupt("integrate", lambda: work.result(problem.system, options.drift, True)):
         work.run()
     return work.result(problem.system, options.drift, False)
 
 
+class SampleMoments(NamedTuple):
+    """The samples of a run over `time`: one at time 0 if `first`, then `number` of them at equal intervals up to the
+    end or at increasing `times` (number,).
+    """
+
+    time: float
+    number: int
+    times: np.ndarray | None = None
+    first: bool = False
+
+    @property
+    def parts(self) -> int:
+        """The number of parts that steps must divide the run into: of equal samples, their intervals."""
+        return max(self.number, 1) if self.times is None else 1
+
+    @property
+    def later(self) -> np.ndarray:
+        """The times of the samples after time 0."""
+        return self.time / self.parts * np.arange(1, self.number + 1) if self.times is None else self.times
+
+    @property
+    def all_times(self) -> np.ndarray:
+        """The times of the samples."""
+        return np.append(np.zeros(int(self.first)), self.later)
+
+    def looks(self) -> Looks:
+        """Return the moments at which runs are compared, MOMENTS of them at least."""
+        if self.times is None:
+            n = math.ceil(MOMENTS / self.number) if self.number else 1
+            parts = n * self.number if self.number else MOMENTS
+            return Looks(
+                self.time / parts * np.arange(1, parts + 1), slice(n - 1, None, n) if self.number else slice(0), parts
+            )
+        times = np.union1d(self.times, self.time / MOMENTS * np.arange(1, MOMENTS + 1))
+        return Looks(times, np.searchsorted(times, self.times), 1)
+
+    def trajectory(
+        self, flow: Flow | TransformedFlow, ensemble: Ensemble, callback: Callback | None
+    ) -> tuple[np.ndarray, bool]:
+        """Run to the end; return the samples (samples, 2n, orbits), NaN if not reached, and whether interrupted."""
+        if self.times is None:
+            return flow.trajectory(ensemble, self.time, self.number, callback)
+        return flow.trajectory_at(ensemble, self.time, self.times, callback)
+
+    def from_start(self, start: np.ndarray, later: np.ndarray) -> np.ndarray:
+        """Return rows (samples, 2n, orbits) of all samples, given those at time 0 and later."""
+        return np.concatenate([start[None], later]) if self.first else later
+
+
+def _states(flow: Flow | TransformedFlow, z: np.ndarray) -> np.ndarray:
+    """Return phase points z of the start as samples."""
+    return flow.states(z.copy()) if isinstance(flow, Flow) else z.copy()
+
+
+class Looks(NamedTuple):
+    """The moments at which runs are compared, the samples among them, and the parts that steps must divide the run
+    into.
+    """
+
+    times: np.ndarray
+    samples: Any
+    parts: int
+
+
+def sample_times(samples: Any, time: float, mapping: bool = False) -> SampleMoments:
+    """Return the samples as checked: a number of them, or increasing times from 0 to the time of the run."""
+    if not (isinstance(samples, (list, tuple)) or getattr(samples, "ndim", 0)):
+        count = whole("samples", samples, 0)
+        if mapping and count and time % count:
+            raise ValueError(f"samples must divide the {time:g} iterates of a map, got {shown(samples)}")
+        return SampleMoments(time, count)
+    times = numbers("samples", samples)
+    if times.ndim != 1:
+        raise ValueError(f"samples must be times of shape (samples,), the same for all orbits, got shape {times.shape}")
+    if not times.size:
+        raise ValueError("samples must have at least one time, got none. Use samples=0 for the end alone.")
+    if not np.isfinite(times).all():
+        raise ValueError(f"samples must be finite times, got {times[~np.isfinite(times)][0]}")
+    late = np.flatnonzero(np.diff(times) <= 0)
+    if late.size:
+        before, after = times[late[0] : late[0] + 2]
+        raise ValueError(f"samples must be increasing times, got {after:.9g} after {before:.9g}")
+    if times[0] < 0 or times[-1] > time:
+        wrong = times[0] if times[0] < 0 else times[-1]
+        raise ValueError(f"samples must be times from 0 to time={time:.9g}, got {wrong:.9g}")
+    if mapping and (wrong := times[times != np.round(times)]).size:
+        raise ValueError(f"samples of a map must be whole numbers of iterates, got {wrong[0]:.9g}")
+    first = bool(times[0] == 0)
+    later = np.array(times[int(first) :])
+    even = SampleMoments(time, len(later), None, first)
+    alike = np.abs(even.later - later) <= EVEN * later
+    return even if alike.all() else even._replace(times=later)
+
+
 class _Plain:
     """Orbits that are run once, with steps or tolerances that the user chose."""
 
-    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, callback: Callback | None):
-        flow = flow.fitted(time, max(count, 1))  # the step that is used, which the result names
+    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, moments: SampleMoments, callback: Callback | None):
+        flow = flow.fitted(moments.time, moments.parts)  # the step that is used, which the result names
         self.flow = flow
-        self.time = time
-        self.count = count
+        self.moments = moments
         self.callback = callback
+        self.start = _states(flow, z)
         self.ensemble = flow.ensemble(z)
         self.samples = np.zeros((0, *z.shape))
 
     def run(self) -> None:
         """Run to the end, as far as Ctrl-C lets it."""
-        self.samples, interrupted = self.flow.trajectory(self.ensemble, self.time, self.count, self.callback)
+        self.samples, interrupted = self.moments.trajectory(self.flow, self.ensemble, self.callback)
         if interrupted:
             raise KeyboardInterrupt
 
     def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, without estimates of errors."""
         self.ensemble.z = self.flow.states(self.ensemble.z)
-        found = (self.ensemble, self.samples, self.time, (None, None, None))
+        samples = self.moments.from_start(self.start, self.samples)
+        found = (self.ensemble, samples, self.moments, (None, None, None))
         how = self.flow.scheme
         return _assembled(system, how, *found, tolerance, interrupted, self.flow.step)
 
@@ -300,8 +399,7 @@ class _Accurate:
         flow: Flow | TransformedFlow,
         system: System,
         z: np.ndarray,
-        time: float,
-        count: int,
+        moments: SampleMoments,
         accuracy: float,
         drift: float,
         callback: Callback | None,
@@ -310,17 +408,17 @@ class _Accurate:
         self.flow = flow
         self.system = system
         self.z = z
-        self.time = time
-        self.count = count
+        self.moments = moments
+        self.time = moments.time
         self.accuracy = accuracy
         self.drift = drift
         self.callback = callback
-        self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
-        self.times = time / self.parts * np.arange(1, self.parts + 1)
+        self.times, self.sampled, self.parts = moments.looks()
         self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))
         self.step, self.until, self.error = np.full(z.shape[1], np.inf), np.zeros(z.shape[1]), np.full(z.shape, np.inf)
-        self.samples, self.sample_error = (np.full((count, *z.shape), none) for none in (np.nan, np.inf))
-        self.looks = self.times if count else self.times[1::2]
+        rows = len(self.times[self.sampled]) if moments.number else 0
+        self.samples, self.sample_error = (np.full((rows, *z.shape), none) for none in (np.nan, np.inf))
+        self.looks = self.times if moments.number else self.times[1::2]
         self.free = free and isinstance(flow.scheme, Collocation)
         self.rescues = free and isinstance(flow.scheme, (Splitting, Nystrom)) and not system.driven
 
@@ -399,7 +497,13 @@ class _Accurate:
 
     def _moments(self, flow: Flow, ensemble: Ensemble, callback: Callback | None, stop: float) -> np.ndarray:
         """Advance to the end, with the stops of STOPS; return the states that are compared (moments, 2n, orbits)."""
-        if self.count:
+        if self.moments.times is not None:
+            states, interrupted = flow.trajectory_at(ensemble, self.time, self.times, callback)
+            flow.states(ensemble.z)
+            if interrupted:
+                raise KeyboardInterrupt
+            return states
+        if self.moments.number:
             states = flow.sampled(ensemble, self.parts, time=self.time, callback=callback).transpose(1, 2, 0)
         else:  # one run after the other: the interpolant would cost more
             states = np.empty((len(self.looks), *ensemble.z.shape))
@@ -425,7 +529,9 @@ class _Accurate:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
-        if damping is None:
+        if self.moments.times is not None:
+            states, interrupted = flow.trajectory_at(ensemble, self.time, self.times, callback, damping)
+        elif damping is None:
             states, interrupted = flow.trajectory(ensemble, self.time, self.parts, callback)
         else:
             states, interrupted = flow.damped(ensemble, self.parts, damping, time=self.time, callback=callback)
@@ -449,7 +555,8 @@ class _Accurate:
         own = self.motion.of(orbits[chosen])
         where = self.chunk[orbits[chosen]]
         error = error[:, chosen]
-        times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
+        times = self.times if len(error) == len(self.times) else self.looks
+        times = np.broadcast_to(times[:, None], error.shape)
         size = np.maximum(np.vstack([own.position, own.momentum]), 1e-300)  # amplitudes may be 0
         late = until(error <= self.accuracy, times, self.times[-1])
         failed = fine.status[chosen] == Status.NOT_CONVERGED  # else shorter steps and tighter tolerances know better
@@ -459,14 +566,16 @@ class _Accurate:
         self.ensemble.take(where, fine.ensemble.of(chosen))
         self.step[where] = fine.step[chosen]
         self.until[where] = late
-        every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
-        self.samples[..., where] = fine.states[every][..., chosen]
+        self.samples[..., where] = fine.states[self.sampled][..., chosen]
         self.error[:, where] = error[-1] * size
-        self.sample_error[..., where] = error[every, None] * size
+        self.sample_error[..., where] = error[self.sampled, None] * size
 
     def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, with the estimated errors."""
-        found = self.ensemble, self.samples, self.time, (self.error, self.sample_error, self.until)
+        moments = self.moments
+        samples = moments.from_start(_states(self.flow, self.z), self.samples)
+        sample_error = moments.from_start(np.zeros_like(self.error), self.sample_error)
+        found = self.ensemble, samples, moments, (self.error, sample_error, self.until)
         toleranced = self.free or (self.rescues and not interrupted)  # steps of orbits that did not begin are inf too
         scheme = VERNER9 if toleranced and np.isinf(self.step).all() else self.flow.scheme
         return _assembled(system, scheme, *found, tolerance, interrupted, self.step)
@@ -483,16 +592,20 @@ def largest_energy_error(system: System, ensemble: Ensemble, samples: np.ndarray
     return energy
 
 
-def _assembled(system: System, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
+def _assembled(
+    system: System, scheme, ensemble, samples, moments: SampleMoments, errors: tuple, tolerance, interrupted, step
+) -> Orbits:
     """Return the orbits with their energy errors and statuses."""
     if interrupted:
-        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
+        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < moments.time * (1 - 1e-12))] = (
+            Status.INTERRUPTED
+        )
     energy = largest_energy_error(system, ensemble, samples)
     mark_drift(ensemble, energy, tolerance)
     return Orbits(
         z=ensemble.z,
         t=ensemble.time,
-        times=time / max(len(samples), 1) * np.arange(1, len(samples) + 1),
+        times=moments.all_times[: len(samples)],
         samples=samples,
         error=errors[0],
         sample_error=errors[1],

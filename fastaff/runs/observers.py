@@ -21,6 +21,7 @@ from ..engine.kernels import birkhoff, pairs
 from ..engine.kernels import crossings as crossing_kernels
 from ..engine.kernels import deviations as deviation_kernels
 from ..engine.kernels import readings as reading_kernels
+from ..engine.kernels import sample_times as time_kernels
 from ..engine.kernels import samples as sample_kernels
 from ..engine.kernels import time_levels as level_kernels
 from ..engine.values import parameters
@@ -113,6 +114,15 @@ def samples(rows: int) -> Observer:
     return Observer(sample_kernels.states, sample_kernels.ROWS.taken + 1, _Rows(float(rows)))
 
 
+@cache
+def at_times(rows: int) -> Observer:
+    """Keep the first phase point (rows numbers) at or after given times, see `engine.kernels.sample_times`."""
+    kept = time_kernels.ROWS.end
+    value = _Rows(float(rows))
+    along = Observer(time_kernels.pass_times_along, kept, value)
+    return Observer(time_kernels.pass_times, kept, value, along=along)
+
+
 class _Columns(NamedTuple):
     rows: float
     samples: float
@@ -181,7 +191,9 @@ class _Levels(NamedTuple):
 
 
 def levels(row: int, count: int, rows: int) -> Observer:
-    """Record the passages of row `row` of a state (rows numbers) through 1/count, 2/count ... 1."""
+    """Record the passages of row `row` of a state (rows numbers) through `count` increasing levels, which the caller
+    writes as the times of the records.
+    """
     value = _Levels(float(count), float(row), float(rows))
     return Observer(level_kernels.pass_levels, level_kernels.ROWS.state + rows, value)
 

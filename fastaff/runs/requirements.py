@@ -141,7 +141,7 @@ def check_kind(model: Any, name: str, need: str) -> None:
     if kind.words & NEEDS[need]:
         got = next((words for term, words in GOT.items() if term in kind.words), kind.equations)
         raise TypeError(f"{titled(name, model)} must be {WANTED[need]}, got {got}.{_instead_of(kind, need)}")
-    if need in ("regular motion", "a page"):
+    if need == "regular motion":
         check_momenta(name, model)
 
 

@@ -156,14 +156,32 @@ class TransformedFlow:
 
         Orbits that finish end at the last of them.
         """
-        wanted = count
-        count = max(count, 1)
+        levels = np.arange(1, max(count, 1) + 1) / max(count, 1)
+        states, interrupted = self._passages(ensemble, levels, callback)
+        return states[:count], interrupted
+
+    def trajectory_at(
+        self, ensemble: Ensemble, time: float, moments: np.ndarray, callback: Callback | None, damping: None = None
+    ) -> tuple[np.ndarray, bool]:
+        """Run to the end; return states (moments, 2n, orbits) at these times, NaN where not reached, and whether
+        interrupted.
+        """
+        levels = moments / time
+        states, interrupted = self._passages(
+            ensemble, levels if levels[-1] == 1.0 else np.append(levels, 1.0), callback
+        )
+        return states[: len(levels)], interrupted
+
+    def _passages(self, ensemble: Ensemble, levels: np.ndarray, callback: Callback | None) -> tuple[np.ndarray, bool]:
+        """Run to the end; return states (levels, 2n, orbits) where tau passes increasing levels, the last of them 1."""
+        count = len(levels)
         rows, orbits = ensemble.z.shape
         width = RECORD.state + rows
         fits("samples", orbits, count, width)
         observer = observers.levels(self.row, count, rows)
         memory = np.zeros((observer.rows, orbits))
         out = np.full((orbits, count * width), np.nan)
+        out[:, RECORD.time :: width] = levels
         memory[ROWS.state :] = ensemble.z
         interrupted = False
         try:
@@ -183,11 +201,11 @@ class TransformedFlow:
             records[left] = np.nan
             ensemble.status[left // count] = Status.INTERRUPTED
         states = records[:, RECORD.state :].reshape(orbits, count, rows).transpose(1, 2, 0)
-        states[:, self.row] += np.arange(1, count + 1)[:, None] / count
+        states[:, self.row] += levels[:, None]
         whole = (passed == count) & np.isfinite(states[-1]).all(axis=0)
         ensemble.z[:, whole] = states[-1][:, whole]
         ensemble.time[:] = np.where(whole, self.model.time, ensemble.z[self.row] * self.model.time)
-        return np.array([lowered(state) for state in states[:wanted]]).reshape(wanted, rows - 2, orbits), interrupted
+        return np.array([lowered(state) for state in states]).reshape(count, rows - 2, orbits), interrupted
 
 
 def prepared(

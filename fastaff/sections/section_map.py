@@ -37,8 +37,8 @@ class SectionMap(Result):
         tolerance.
     section : Section or None
         Surface of section; None for a map.
-    scheme : Scheme
-        Integration method.
+    scheme : Scheme or None
+        Integration method; None for samples of `map_samples`.
     step : float or ndarray, shape (orbits,)
         Step size, in units of time: one for each orbit if it was chosen, inf for an adaptive method.
     names : tuple of str, length 2n
@@ -61,7 +61,7 @@ class SectionMap(Result):
     energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
     status: Annotated[np.ndarray, along("orbit")]
     section: Any
-    scheme: Scheme | TimeTransformed
+    scheme: Scheme | TimeTransformed | None
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     names: tuple[str, ...]
     time_error: Annotated[np.ndarray | None, along("crossing", "orbit", unit="time", padded="crossing")] = None

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,10 +29,11 @@ from ..runs.schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, sche
 from ..runs.starts import starts_of
 from ..systems.models.contracts import Dynamics
 from ..systems.models.mechanics import System
-from .lines import TorusSignals, signals
+from .axis_tori import angle_names, axis_angles, check_momentum, momentum_drift, orbital_plane, with_own_cycles
+from .lines import TorusSignals, axis_signals, signals
 from .orbit_samples import OrbitSamples, samples_of_flow, samples_of_turns
 from .series import LARGEST_ORDER, STEPS, Series, actions, canonical, errors, evaluate, fit, grow, window
-from .torus import GRID, TorusFit, Unknown, area, distance, nothing, residual, resting, turned
+from .torus import GRID, TorusFit, Unknown, area, classified, distance, nothing, residual, resting, turned
 
 LEAST_SAMPLES = 384
 """Least number of samples for a fit of a given orbit: its first lines are sought in two thirds of them."""
@@ -53,6 +56,7 @@ def fit_torus(
     z0: Starts,
     *,
     time: float,
+    angles: str | None = None,
     tolerance: float = 1e-6,
     step: float | None = None,
     scheme: Scheme | str | None = None,
@@ -72,6 +76,10 @@ def fit_torus(
         Length of the fit in units of time. Use 200 periods or more. For a map it is the number of iterates, and for a
         driven system the number of drive periods. Use 1000 or more, and many more in four dimensions. The test of the
         prediction takes half as long in addition.
+    angles : str, optional
+        ``"R z phi"`` for rows x, y, z and velocities, or ``"R phi"`` for x, y: angles about the z axis, about which the
+        model must be symmetric. ``J / (2 * np.pi)`` is then J_R, J_z, L_z. An orbit that a resonance of R and z has
+        trapped has the names theta 1 and theta 2 instead. Default: angles of the coordinates.
     tolerance : float, default 1e-6
         Largest residual and largest prediction error of a fit that counts as a torus. Both are relative.
     step : float, optional
@@ -110,8 +118,9 @@ def fit_torus(
       Orbits with these lines, and runs below eight periods, can be ``UNDECIDED``.
     - ``IRREGULAR``: the prediction fails, and `MEGNO` and `SALI` find chaos over the same time. Chaos with an effect
       below `tolerance` is not detected. Flows without ``tangent_force`` are not tested for chaos.
-    - Exact relations k . nu = 0 with ``|k_i| <= 8`` lower the dimension.
-    - Cost: 0.1 to 3 s per orbit.
+    - Exact relations k . nu = 0 with ``|k_i| <= 8`` lower the dimension. With `angles`, only those of R and z do, and
+      in a spherical potential none.
+    - Cost: 0.1 to 3 s per orbit, 20 s for a thousand terms and more.
 
     References
     ----------
@@ -131,6 +140,7 @@ def fit_torus(
     z = phase_points("z0", problem.z0, system)
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits. Try z0[:, 0].")
+    about_axis = axis_angles(angles, system, z)
     time = problem.iterates("time", time)
     done = callback or (lambda fraction: None)
     if scheme is None and not system.iterated:
@@ -142,7 +152,7 @@ def fit_torus(
         found = (samples_of_turns if turned(system) else samples_of_flow)(problem, time, energy, done)
         if isinstance(found, OrbitSamples):
             with Passes(lambda fraction: done(0.5 + fraction / 4)) as passes:
-                found = fitted(system, found, passes)
+                found = axis_fitted(system, found, passes) if about_axis else fitted(system, found, passes)
             if not max(found.residual, found.prediction_error) <= tolerance:
                 known.append(as_undecided(found, {"suggested time": 4 * time}))
                 found = check_for_chaos(system, known[-1], z, time, lambda fraction: done(0.75 + fraction / 4))
@@ -150,18 +160,31 @@ def fit_torus(
     return found
 
 
-def _series(
-    system: System, orbit: OrbitSamples, passes: Passes
-) -> tuple[TorusSignals, Series, np.ndarray, float, np.ndarray]:
-    """Return the signals of the samples inside, the series that fits them, the errors of its frequencies, their
-    diffusion and their relations.
+class _Fitted(NamedTuple):
+    """Signals of samples and the series that fits them; errors of its frequencies and their diffusion; relations of
+    these; comparable series: of two parts of the window, and of half the step size (None without).
     """
+
+    signals: TorusSignals
+    series: Series
+    error: np.ndarray
+    diffusion: float
+    relations: np.ndarray
+    parts: tuple[Series, ...]
+    finer: Series | None
+
+
+def _fit_series(
+    system: System, orbit: OrbitSamples, passes: Passes, see: Callable[[np.ndarray, np.ndarray], TorusSignals]
+) -> _Fitted:
+    """Return the fit of the samples inside, with errors."""
     t = orbit.t[: orbit.inside]
     path = orbit.path[:, : orbit.inside]
     turns = turned(system)
-    start = signals(system, t, path)
+    start = see(t, path)
     samples = window(t, start.values, start.carrier)
-    largest = min(LONGEST, len(t) // 4) if turns and start.rank == 1 else LARGEST_ORDER
+    curve = start.rank == 1 and (turns or start.about is not None)
+    largest = min(LONGEST, len(t) // 4) if curve else LARGEST_ORDER
     series = grow(samples, start.nu, start.rank, largest, start.silent, passes)
     for _ in range(ROUNDS if start.winding.any() else 0):
         moved = np.abs(series.nu - start.nu).max() * (t[-1] - t[0] + t[1] - t[0])
@@ -170,32 +193,73 @@ def _series(
         series = fit(samples, start.nu, start.rank, series.orders)
         if moved < 1e-12:
             break
-    error, diffusion = errors(samples, series, start.rank, 2 * orbit.evidence["energy error"], passes.take(2.0, 4.0))
+    callback = passes.take(2.0, 4.0)
+    error, diffusion, parts = errors(samples, series, start.rank, 2 * orbit.evidence["energy error"], callback)
     for bar in start.bars:
         error = error + bar
+    finer = None
     if orbit.finer is not None:
         same = samples._replace(signals=start.same(samples.t, orbit.finer[:, : len(t)]))
         callback = passes.take(3.0, 1.0)
-        change = fit(same, series.nu, start.rank, series.orders, iterations=3, callback=callback).nu - series.nu
-        error = error + STEPS * np.abs(change)
+        finer = fit(same, series.nu, start.rank, series.orders, iterations=3, callback=callback)
+        error = error + STEPS * np.abs(finer.nu - series.nu)
     relative = error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time)
-    return start, series, error, diffusion, relations(series.nu, error, 0 if turns else _reach(relative))
+    reach = 0 if turns else _reach(relative)
+    known = len(series.nu) if start.about is None else start.rank
+    found = relations(series.nu[:known], error[:known], reach)
+    found = np.pad(found, ((0, 0), (0, len(series.nu) - known)))
+    return _Fitted(start, series, error, diffusion, found, parts, finer)
 
 
-def fitted(system: System, orbit: OrbitSamples, passes: Passes) -> TorusFit:
-    """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps."""
-    t = orbit.t
-    turns = turned(system)
-    middle = (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
-    start, series, error, diffusion, relation = _series(system, orbit, passes)
-    R, C = quotient(relation, len(error))
-    nu = C @ series.nu
-    winding = start.winding @ R
+def _terms(start: TorusSignals, series: Series, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the series of phase points: its terms k and coefficients z (2n, terms), about the signals' centre."""
     zero = np.zeros((1, R.shape[1]), int)
     carriers = np.vstack([R[start.rank :], zero])
     k = np.concatenate([zero, *[carriers[c] + series.k @ R[: start.rank] for c in start.carrier]])
     parts = [back[:, None] * c for back, c in zip(start.rows.T, series.c, strict=True)]
-    z = np.concatenate([np.zeros((len(orbit.path), 1), complex), *parts], axis=1)
+    return k, np.concatenate([np.zeros((len(start.rows), 1), complex), *parts], axis=1)
+
+
+def _action_errors(system: System, found: _Fitted, R: np.ndarray, drift: float) -> np.ndarray:
+    """Return the error estimates (d,) of the actions, as those of the frequencies: from the series of two parts of the
+    window and of half the step size; drift: relative errors of the energy and of the predicted states.
+    """
+    start = found.signals
+    winding = start.winding @ R
+
+    def J(series: Series) -> np.ndarray:
+        k, z, _ = canonical(*_terms(start, series, R))
+        if winding.any():
+            k, z = _about(start.centre, k, z)
+        return area(system, k, z, winding if winding.any() else None)
+
+    here = J(found.series)
+    error = (1e-13 + drift) * np.abs(here).max(initial=0.0) + np.zeros(here.shape)
+    if found.parts:
+        error = error + 3 * np.abs(J(found.parts[0]) - J(found.parts[1]))
+    if found.finer is not None:
+        error = error + STEPS * np.abs(J(found.finer) - here)
+    return error
+
+
+def fitted(
+    system: System,
+    orbit: OrbitSamples,
+    passes: Passes,
+    see: Callable[[np.ndarray, np.ndarray], TorusSignals] | None = None,
+) -> TorusFit:
+    """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps; see:
+    the signals of samples at times, by default those of the system.
+    """
+    t = orbit.t
+    turns = turned(system)
+    middle = (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
+    found = _fit_series(system, orbit, passes, see or partial(signals, system))
+    start, series, error = found.signals, found.series, found.error
+    R, C = quotient(found.relations, len(error))
+    nu = C @ series.nu
+    winding = start.winding @ R
+    k, z = _terms(start, series, R)
     free = turns & ~winding.any(axis=0)
     if free.any():  # they have the sense of a positive action
         sign = np.where(free & (actions(*canonical(k, z)[:2]) < 0), -1, 1)
@@ -223,7 +287,7 @@ def fitted(system: System, orbit: OrbitSamples, passes: Passes) -> TorusFit:
     tried = {"residual": left, "prediction error": prediction}
     fit_of = {
         "misfit": series.misfit,
-        "diffusion": diffusion,
+        "diffusion": found.diffusion,
         "edge of the series": float(series.edge.max(initial=0.0)),
         "terms left out": float(series.left_out),
         "unexplained lines": float(start.unknown),
@@ -233,20 +297,33 @@ def fitted(system: System, orbit: OrbitSamples, passes: Passes) -> TorusFit:
         nu=nu / orbit.pieces,
         nu_error=np.abs(C) @ error / orbit.pieces,
         J=area(system, k, z, wound),
+        J_error=_action_errors(system, found, R, 2 * orbit.evidence["energy error"] + prediction),
         theta0=theta0,
         k=k,
         coefficients=z,
         residual=left,
         prediction_error=prediction,
-        classification=Classification.REGULAR if system.moving == len(nu) else Classification.RESONANT,
+        classification=classified(system, len(nu)),
         dimension=len(nu),
-        relations=relation,
+        relations=found.relations,
         evidence=MappingProxyType(orbit.evidence | (fit_of | tried if turns else tried | fit_of)),
         energy=orbit.energy,
         model=system.model,
         winding=wound,
         islands=orbit.pieces,
     )
+
+
+def axis_fitted(system: System, orbit: OrbitSamples, passes: Passes) -> TorusFit:
+    """Fit the torus of an orbit about the z axis, in the orbit's plane if it has one."""
+    plane = orbital_plane(orbit.path)
+    if plane is None:
+        found = with_own_cycles(fitted(system, orbit, passes, axis_signals))
+    else:
+        finer = None if orbit.finer is None else plane.inside(orbit.finer)
+        inside = orbit._replace(path=plane.inside(orbit.path), finer=finer)
+        found = plane.lifted(fitted(current_system(Unknown(("u", "v"))), inside, passes, axis_signals), system)
+    return replace(found, J_error=found.J_error + 2 * np.pi * momentum_drift(orbit.path))
 
 
 def _reach(error: float) -> int:
@@ -276,7 +353,11 @@ def as_undecided(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> T
     classification = Classification.IRREGULAR if chaotic else Classification.UNDECIDED
     none = np.full_like(found.nu_error, np.inf)
     return replace(
-        found, classification=classification, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence})
+        found,
+        classification=classification,
+        nu_error=none,
+        J_error=np.full_like(found.nu_error, np.inf),
+        evidence=MappingProxyType({**found.evidence, **evidence}),
     )
 
 
@@ -304,6 +385,7 @@ def fit_samples(
     *,
     times: ArrayLike | None = None,
     coordinates: Sequence[str] | None = None,
+    angles: str | None = None,
     tolerance: float = 1e-6,
 ) -> TorusFit:
     """Fit a Fourier torus to samples of one orbit from another program.
@@ -319,6 +401,9 @@ def fit_samples(
         labelled array.
     coordinates : sequence of str, optional
         Names of the 2n rows.
+    angles : str, optional
+        ``"R z phi"`` for rows x, y, z and velocities, or ``"R phi"`` for x, y: angles about the z axis of an orbit
+        whose angular momentum about it is constant. Default: angles of the coordinates.
     tolerance : float, default 1e-6
         Largest prediction error of a torus.
 
@@ -374,12 +459,17 @@ def fit_samples(
         )
     if resting(path):
         raise ValueError("samples must be of an orbit that moves")
+    fit_orbit: Callable[[System, OrbitSamples, Passes], TorusFit] = fitted
+    if angles is not None:
+        angle_names(angles, len(path) // 2)
+        check_momentum(path, "samples")
+        fit_orbit = axis_fitted
     system = current_system(Unknown(given.angles))
     inside = 2 * path.shape[1] // 3
     evidence = {"status": float(Status.OK), "energy error": 0.0, "samples": float(inside)}
     t = given.interval * np.arange(path.shape[1])
     try:
-        found = fitted(system, OrbitSamples(t, path, inside, path, evidence), Passes(None))
+        found = fit_orbit(system, OrbitSamples(t, path, inside, path, evidence), Passes(None))
     except np.linalg.LinAlgError:
         found = nothing(system, np.nan, evidence)
     if not found.prediction_error <= tolerance:

@@ -29,6 +29,12 @@ FLAT = 1e-11
 STILL = 1e-12
 """Part of its distance from the origin below which a row does not move from turn to turn."""
 
+STEADY = 1e-9
+"""Size of a loop in R^2 or z, relative to the orbit, below which the orbit is circular or keeps to its plane."""
+
+SMALL = 1e-3
+"""Size of such a loop up to which it is made as large as the orbit: below, rounding would be."""
+
 TRUSTED = 0.03
 """Error bar of a line, in cycles over the window, up to which it can add to the lattice or speak against it."""
 
@@ -44,7 +50,8 @@ class TorusSignals(NamedTuple):
     signals).
 
     carrier (signals,): number of each signal's carrier frequency, -1 for none; nu: first values of `rank` libration
-    frequencies, then of the carriers; names of both; unknown: lines that are no integer combination of the librations.
+    frequencies, then of the carriers; names of both; unknown: lines that are no integer combination of the librations;
+    about: the loops of an orbit about an axis of symmetry, where the carrier's relations lower no dimension.
 
     From turn to turn, signals are a path without its winding: winding (2n, d), the advance of a row in a cycle of an
     angle; steady (2n,), its further advance in a turn; centre (2n,) of the rest, about the middle of the window, and
@@ -64,6 +71,7 @@ class TorusSignals(NamedTuple):
     size: np.ndarray = np.zeros(0)
     bars: np.ndarray = np.zeros((0, 0))
     silent: tuple[int, ...] = ()
+    about: AxisLoops | None = None
 
     def at(self, nu: np.ndarray, t: np.ndarray, path: np.ndarray) -> TorusSignals:
         """Return the signals of a path (2n, samples) whose angles wind at those frequencies, at times t about the
@@ -81,6 +89,8 @@ class TorusSignals(NamedTuple):
 
     def same(self, t: np.ndarray, path: np.ndarray) -> np.ndarray:
         """Return the signals (signals, samples) of a path near this one, in the same units."""
+        if self.about is not None:
+            return self.about.values(path)
         if not self.size.size:
             parts = np.linalg.lstsq(np.hstack([self.rows.real, -self.rows.imag]), path, rcond=None)[0]
             return parts[: len(self.values)] + 1j * parts[len(self.values) :]
@@ -139,7 +149,7 @@ def signals(system: System, t: np.ndarray, z: np.ndarray) -> TorusSignals:
         return _turn_signals(system, t, z)
     n = system.n
     size = [np.sqrt((part**2).sum(axis=0).mean()) or 1.0 for part in (z[:n], z[n:])]
-    librations, names, unknown = _lattice(system, t, z, size[0])
+    librations, names, unknown = _lattice(t, *_loops(system, z, size[0]), 2 if system.conserves_spins else n)
     if system.conserves_spins:
         found = _plane_signals(t, z, size, librations)
     else:
@@ -182,6 +192,62 @@ def _plane_signals(
     return np.array(values), np.array(rows).T, np.array(carrier), turning, names
 
 
+class AxisLoops(NamedTuple):
+    """Signals of an orbit about an axis: the planes x + i y and p_x + i p_y in units of the sizes of position and
+    momentum, then loops in R^2 and in z; of these the centre of R^2 and factors that make small loops large.
+    """
+
+    position: float
+    momentum: float
+    centre: float
+    factors: tuple[float, ...]
+
+    def values(self, z: np.ndarray) -> np.ndarray:
+        """Return the signals (signals, samples) of states z (2n, samples)."""
+        n = len(z) // 2
+        q, p = z[:n] / self.position, z[n:] / self.momentum
+        loops = [q[0] ** 2 + q[1] ** 2 - self.centre - 1j * (q[0] * p[0] + q[1] * p[1]), *(q[2:] - 1j * p[2:])]
+        return np.array([q[0] + 1j * q[1], p[0] + 1j * p[1], *(f * loop for f, loop in zip(self.factors, loops))])
+
+    def rows(self, n: int) -> np.ndarray:
+        """Return the way back (2n, signals) to states: that of the planes and of z, because R is no further row."""
+        rows = np.zeros((2 * n, n + 1), complex)
+        rows[:2, 0] = self.position, -1j * self.position
+        rows[n : n + 2, 1] = self.momentum, -1j * self.momentum
+        if n > 2:
+            rows[2, 3] = self.position / self.factors[1]
+            rows[n + 2, 3] = 1j * self.momentum / self.factors[1]
+        return rows
+
+
+def axis_signals(t: np.ndarray, z: np.ndarray) -> TorusSignals:
+    """Return the signals of samples z (2n, samples) of an orbit whose angular momentum about the z axis is conserved;
+    its librations are those of R^2 and z, which stay smooth where the orbit comes near the axis.
+    """
+    n = len(z) // 2
+    position, momentum = (float(np.sqrt((part**2).sum(axis=0).mean())) for part in (z[:n], z[n:]))
+    q, p = z[:n] / position, z[n:] / momentum
+    square = q[0] ** 2 + q[1] ** 2
+    pairs = [(square, q[0] * p[0] + q[1] * p[1]), *zip(q[2:], p[2:])]
+    loops, moving = _moving_loops(pairs, ["R", "z"][: n - 1], 1.0, z.shape[1], flat=STEADY)
+    librations, names, unknown = _lattice(t, loops, moving, len(loops))
+    centres = [(a.max() + a.min()) / 2 for a, _ in pairs]
+    sizes = [np.hypot(a - c, b).max() for (a, b), c in zip(pairs, centres)]
+    about = AxisLoops(position, momentum, float(centres[0]), tuple(1 / max(float(size), SMALL) for size in sizes))
+    values = about.values(z)
+    return TorusSignals(
+        values=values,
+        rows=about.rows(n),
+        carrier=np.array([0, 0, *[-1] * (n - 1)]),
+        rank=len(librations),
+        nu=np.append(librations, _turning(values[0], values[1], t[1] - t[0], librations)),
+        names=(*names, "phi"),
+        unknown=unknown,
+        winding=np.zeros((2 * n, len(librations) + 1)),
+        about=about,
+    )
+
+
 def _loops(system: System, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]]:
     """Return the loops Q - c - i kappa P of the librations that move, (loops, samples), and their names."""
     n = system.n
@@ -194,26 +260,33 @@ def _loops(system: System, z: np.ndarray, size: float) -> tuple[np.ndarray, list
         kept = [i for i, plane in enumerate(angles.planes) if not plane]
         pairs = [(s[i, 0], s[i, 2]) for i in kept]
         names = [angles.names[i] for i in kept]
+    return _moving_loops(pairs, names, size, z.shape[1])
+
+
+def _moving_loops(
+    pairs: list[tuple[np.ndarray, np.ndarray]], names: list[str], size: float, count: int, flat: float = FLAT
+) -> tuple[np.ndarray, list[str]]:
+    """Return the loops Q - c - i kappa P (loops, count) of the pairs Q, P that move, by that part of their size or of
+    the size of the orbit, and their names.
+    """
     loops = []
     moving = []
     for (q, p), name in zip(pairs, names, strict=True):
         width, height = np.ptp(q), np.ptp(p)
-        if width > FLAT * max(np.abs(q).max(), size) and height > 0:
+        if width > flat * max(np.abs(q).max(), size) and height > 0:
             loops.append(q - (q.max() + q.min()) / 2 - 1j * width / height * p)
             moving.append(name)
-    return np.array(loops).reshape(-1, z.shape[1]), moving
+    return np.array(loops).reshape(-1, count), moving
 
 
-def _lattice(system: System, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.ndarray, tuple[str, ...], int]:
-    """Return a basis of the librations' frequencies with names, and the number of lines it does not explain.
+def _lattice(t: np.ndarray, loops: np.ndarray, names: list[str], rank: int) -> tuple[np.ndarray, tuple[str, ...], int]:
+    """Return a basis of at most `rank` frequencies of loops with names, and the number of lines it does not explain.
 
     They are the dominant lines of the natural signals where these can be part of a basis, then the stronger ones; all
     positive, and each has the name of the loop of whose motion it has most.
     """
-    loops, names = _loops(system, z, size)
     if not len(loops):
         return np.zeros(0), (), 0
-    rank = 2 if system.conserves_spins else system.n
     for lines in LINES:  # many multiples of one strong frequency can hide the second one
         found = _lines(loops, t[1] - t[0], t[-1], lines)
         lattice = generators(found.nu, found.error, rank)

@@ -320,15 +320,15 @@ def _enough(order: int, edge: float, largest: int) -> int:
 
 def errors(
     samples: WeightedSignals, series: Series, rank: int, drift: float, callback: Callback | None
-) -> tuple[np.ndarray, float]:
-    """Return the error estimates of the frequencies, and the largest relative difference of those of two parts of the
-    window.
+) -> tuple[np.ndarray, float, tuple[Series, ...]]:
+    """Return the error estimates of the frequencies, the largest relative difference of those of two parts of the
+    window, and the series of these parts.
 
     The parts are unequal: where the motion returns to its phase after half the window, halves would agree on wrong
     frequencies.
     """
     if not len(samples.signals):
-        return np.zeros(len(series.nu)), 0.0
+        return np.zeros(len(series.nu)), 0.0, ()
     size = len(samples.t)
     orders = tuple(-(-2 * order // 3) for order in series.orders)
     ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
@@ -341,7 +341,7 @@ def errors(
     unsettled = max(part.unsettled for part in parts) / (samples.time / 2)
     difference = np.maximum(np.abs(parts[0].nu - parts[1].nu), unsettled)
     error = 3 * difference + series.unsettled / samples.time + (1e-13 + drift) * largest
-    return error, float(difference.max(initial=0.0) / largest)
+    return error, float(difference.max(initial=0.0) / largest), tuple(parts)
 
 
 def canonical(k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

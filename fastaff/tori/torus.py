@@ -56,7 +56,7 @@ SENTENCES = {
 
 @dataclass(frozen=True)
 class TorusFit(Result, axis=None):
-    """Torus of an orbit as a Fourier series z(theta) = Re sum_k z_k exp(2 pi i k . theta).
+    """Torus of an orbit as a Fourier series z(theta) = Re sum_k z_k exp(2 pi i k·theta).
 
     The series has one k of each pair +-k. For a map, and for the stroboscopic map of a driven system, time is counted
     in iterates or periods.
@@ -74,6 +74,8 @@ class TorusFit(Result, axis=None):
     J : ndarray, shape (d,)
         Actions, the integrals of p dq over the cycles. For a map, the positive area within the curve of a libration, or
         the area under the curve of an angle that rotates. For islands, the action of one of them.
+    J_error : ndarray, shape (d,)
+        Errors of J, as those of nu, and the prediction error. inf if there is no torus.
     theta0 : ndarray, shape (d,)
         Angles of z0 in cycles, so that z(t) = evaluate(theta0 + nu t). At theta = 0 the largest coefficients that form
         a basis are real and positive.
@@ -110,6 +112,7 @@ class TorusFit(Result, axis=None):
     nu: Annotated[np.ndarray, along("angle", unit="cycles/time", labels="names", plain=True)]
     nu_error: Annotated[np.ndarray, along("angle", unit="cycles/time", labels="names")]
     J: Annotated[np.ndarray, along("angle", unit="action", labels="names")]
+    J_error: Annotated[np.ndarray, along("angle", unit="action", labels="names")]
     theta0: Annotated[np.ndarray, along("angle", unit="cycles", labels="names")]
     k: Annotated[np.ndarray, along("term", "angle")]
     coefficients: Annotated[np.ndarray, along("coordinate", "term")]
@@ -244,6 +247,7 @@ class TorusFit(Result, axis=None):
             nu=M @ self.nu,
             nu_error=np.abs(M) @ self.nu_error if known else self.nu_error,
             J=back.T @ self.J,
+            J_error=np.abs(back.T) @ self.J_error if known else self.J_error,
             theta0=M @ self.theta0 % 1.0,
             k=self.k @ back,
             winding=None if self.winding is None else self.winding @ back,
@@ -306,6 +310,11 @@ def tangents(fit: TorusFit, theta: np.ndarray) -> np.ndarray:
     return out if fit.winding is None else out + fit.winding[:, :, None]
 
 
+def classified(system: System, dimension: int) -> Classification:
+    """Return the class of a torus of that dimension."""
+    return Classification.REGULAR if dimension == system.moving else Classification.RESONANT
+
+
 def resting(path: np.ndarray) -> bool:
     """Tell whether the orbit is at rest, to rounding."""
     return bool((np.ptp(path, axis=1) <= 1e-12 * np.abs(path).max()).all())
@@ -321,6 +330,7 @@ def nothing(system: System, energy: float, evidence: dict, *, gone: bool = False
         nu=unknown,
         nu_error=np.full(n, np.inf),
         J=unknown,
+        J_error=np.full(n, np.inf),
         theta0=unknown,
         k=np.zeros((1, n), int),
         coefficients=one,
@@ -348,6 +358,7 @@ def point(
         nu=none,
         nu_error=none,
         J=none,
+        J_error=none,
         theta0=none,
         k=np.zeros((1, 0), int),
         coefficients=path[:, :1] + 0j,

@@ -206,6 +206,37 @@ def test_missing_extras_are_named(monkeypatch, capsys):
     assert 'pip install "fastaff[demo]"' in capsys.readouterr().err
 
 
+BARE = """
+import importlib.abc, sys
+
+class Missing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {"cyclopts", "rich", "matplotlib", "sympy", "zarr", "xarray"}:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Missing())
+from fastaff.cli.main import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_the_explorer_needs_no_extra(here):
+    """As after a plain `pip install`; other commands name the extra that they need."""
+
+    def run(*words):
+        return subprocess.run([sys.executable, "-c", BARE, *words], capture_output=True, text=True, timeout=600)
+
+    done = run("explore")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "fastaff-explorer.html\n", "")
+    assert (here / "fastaff-explorer.html").read_text().startswith("<!doctype html>")
+    for words in (["explore", "--energy", "1/8"], ["poincare"], []):
+        done = run(*words)
+        assert done.returncode == 2
+        assert done.stdout == ""
+        assert 'pip install "fastaff[demo]"' in done.stderr
+        assert done.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     "command", [[], ["poincare"], ["frequency-map"], ["chaos-map"], ["spectrum"], ["demo"], ["warmup"], ["doctor"]]
 )
@@ -460,10 +491,26 @@ def test_ctrl_c_keeps_finished_orbits(number, part, run, tmp_path):
     assert not list(tmp_path.glob(".*")), "no temporary file is left"
 
 
+def test_a_map_of_one_variable_has_no_section(tmp_path, capsys):
+    words = ["poincare", "--map", "x1 = r*x*(1 - x)", "--parameter", "r=3.7", "--out", str(tmp_path / "s")]
+    assert cli.main(words) == 2
+    said = capsys.readouterr().err
+    assert "--map must have two variables or more for a section, got one. Try fastaff explore" in " ".join(said.split())
+    assert not list(tmp_path.iterdir())
+
+
 def test_demo(tmp_path, capsys, monkeypatch):
+    from matplotlib.text import Text
+
+    figures = []
+    draw = demo.draw
     monkeypatch.setattr(demo, "QUICK", demo.Size(orbits=6, crossings=6, cells=(6, 5), time=60.0))
+    monkeypatch.setattr(demo, "draw", lambda *portraits: figures.append(draw(*portraits)) or figures[-1])
     assert cli.main(["demo", "--quick", "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
+    (figure,) = figures
+    sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
+    assert min(sizes) / 72 * 390 / figure.get_figwidth() > 7.5  # pixels on a telephone
     assert "crossings/s" in out
     names = sorted(p.name for p in tmp_path.iterdir())
     assert len(names) == 5

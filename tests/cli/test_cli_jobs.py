@@ -314,7 +314,7 @@ def test_a_store_of_another_processor(here, capsys):
     assert "go on with: fastaff resume a.zarr" in said
     for command in (["resume", "a.zarr"], ["run", "a.toml"]):
         assert cli.main(command) == 2
-        assert "another kind of processor: it had core2" in capsys.readouterr().err
+        assert "another type of processor (only there 'core2'" in capsys.readouterr().err
     assert cli.main(["resume", "a.zarr", "--allow-other-cpu", "--workers", "1"]) == 0
     assert "processors of several kinds" in capsys.readouterr().out
 

@@ -99,6 +99,23 @@ def test_where_kernels_come_from(monkeypatch):
     assert doctor._check()["kernels"] == "prebuilt x86-64-v3"
 
 
+def test_a_wheel_of_other_versions_is_named(monkeypatch, tmp_path):
+    """Where its machine code does not fit, the versions are said for which it does."""
+    from fastaff.engine import code_folder, packs
+    from fastaff.engine.cache import CodeCache
+
+    monkeypatch.setattr(doctor, "ORBITS", 200)
+    monkeypatch.setattr(packs, "FOLDER", tmp_path)
+    monkeypatch.setattr(code_folder, "prebuilt", lambda: None)
+    monkeypatch.setattr(CodeCache, "prebuilt", 0)
+    assert doctor._check()["kernels"] == "compiled here"
+    (tmp_path / "built.json").write_text('{"Python": "3.11.7", "numba": "0.68.1"}')
+    assert doctor._check()["kernels"] == (
+        "compiled here; the wheel has machine code for Python 3.11.7, numba 0.68.1 and processors of x86-64-v3 or "
+        "x86-64-v4"
+    )
+
+
 def test_a_cache_that_cannot_be_used(monkeypatch):
     from fastaff.engine import code_folder
 

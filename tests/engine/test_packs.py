@@ -157,6 +157,23 @@ def test_a_pack_of_other_sources_is_not_used(few, tmp_path):
         assert run(FEW, tmp_path / f"{number}", package) == (few[1], compiled, few[2] - compiled, "")
 
 
+ELSEWHERE = {
+    "another Numba": "import numba; numba.__version__ = '0.0.1'",
+    "another Python": "import sysconfig; sysconfig.get_config_vars()['EXT_SUFFIX'] = '.cpython-30-x86_64-linux-gnu.so'",
+    "another processor": "from fastaff.engine import code_folder; "
+    "code_folder.get_host_cpu_features = lambda: '+sse4.2,-avx2,-fma'",
+}
+
+
+@compiles
+@runs_a_level
+@pytest.mark.parametrize("where", ELSEWHERE)
+def test_elsewhere_kernels_are_compiled(few, tmp_path, where):
+    """With the same bits and without a word; `pip` refuses the wheel of another Python, unless it is unpacked."""
+    package, _ = packed(few, tmp_path)
+    assert run(ELSEWHERE[where] + FEW, tmp_path / "cache", package) == (few[1], few[2], 0, "")
+
+
 @compiles
 @runs_a_level
 def test_ones_own_code_comes_before_a_pack_and_what_a_pack_lacks_is_compiled(few, tmp_path):

@@ -104,7 +104,7 @@ def test_set_up_of_a_driven_system(tmp_path):
         with pytest.raises(error, match=said):
             fa.explore(DUFFING, out=tmp_path / "x.html", **given)
     two = fa.hamiltonian("x**2 + y**2 + x*cos(t)", coordinates="x y", drive_period=2 * np.pi)
-    with pytest.raises(TypeError, match=r"one coordinate beside its time .* coordinates x, y: fa.poincare_map.*'t=0'"):
+    with pytest.raises(TypeError, match=r"one coordinate beside its time .* with 2. Try fa.poincare_map .*'t=0'"):
         fa.explore(two, out=tmp_path / "x.html")
 
 

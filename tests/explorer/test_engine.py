@@ -260,8 +260,12 @@ class Counting(NamedTuple):
 def test_what_cannot_be_printed_is_named():
     for body, said in (
         (Counting(), "Python's While cannot be printed as JavaScript"),
-        (fa.affine_body("C*x**2 + D1**2 + D2**2", C=1.0), "doubly isotropic potential, or a system of two coordinates"),
-        (fa.hamiltonian("x**2+y**2+z**2", coordinates="x y z"), "has the 3 coordinates x, y, z"),
+        (fa.affine_body("C*x**2 + D1**2 + D2**2", C=1.0), "doubly isotropic potential, or have two coordinates"),
+        (
+            fa.hamiltonian("x**2+y**2+z**2", coordinates="x y z"),
+            "got the system with 3. Try fa.poincare_map with section='x=0'",
+        ),
+        (fa.models.BreathingBody(fa.Harmonic(), c=3.0), "got BreathingBody with 4. Try fa.poincare_map"),
     ):
         with pytest.raises(TypeError, match=said):
             model_code(system_of(body))

@@ -205,7 +205,7 @@ def test_pages_of_models_made_in_python(browser, tmp_path):
         (model, {"energy": -1.0, "scheme": "KAHAN_LI8"}, TypeError, "GAUSS16"),
         (LORENZ, {"energy": 1.0}, ValueError, "energy"),
         (LORENZ, {"section": "z=27", "fixed": {"w": 1.0}}, ValueError, "w"),
-        (wide, {"energy": 1.0}, TypeError, "two degrees of freedom"),
+        (wide, {"energy": 1.0}, TypeError, "two coordinates, or one beside its time, got .* with 3. Try"),
         (fa.ode("x' = -x; y' = x"), {}, TypeError, "3 variables"),
     ):
         with pytest.raises(error, match=said):

@@ -24,6 +24,11 @@ PIXEL = """(() => {
   return [box.left + left + (given[0] - u0)/(u1 - u0)*(frame.width - left - right),
           box.top + top + (v1 - given[1])/(v1 - v0)*(frame.height - top - bottom)];
 })()"""
+TABBED = """() => [...document.querySelectorAll('button, select, input, summary, textarea, [tabindex="0"]')]
+  .filter((one) => one.offsetParent && !one.closest('dialog, .menu-list, .player, tbody'))
+  .map((one) => [one.getBoundingClientRect(), one.dataset.part ?? one.dataset.do])
+  .map(([box, name]) => [Math.round((box.top + box.bottom) / 40), name])"""
+"""Rows of forty pixels of the controls that Tab reaches, in its order."""
 HENON = "system=henon-heiles&crossings=60"
 HANGS = 300
 """Seconds after which a page is taken to hang, however busy the machine."""
@@ -573,7 +578,7 @@ def test_colours_say_classifications_numbers_or_orbits(sheet):
     assert shades[int(np.argmax(values))] == 48
     low, high = min(values), max(values)
     said = sheet.text("scale").replace("\u2212", "-").split()
-    assert said == ["regular,", "ν", f"{low:.3f}", f"{high:.3f}", "undecided", "chaotic"]
+    assert said == ["not", "chaotic,", "ν", f"{low:.3f}", f"{high:.3f}", "undecided,", "no", "ν", "chaotic"]
     swatches = sheet.page.locator("[data-part=swatches] .patch").evaluate_all(
         "(all) => all.map((one) => getComputedStyle(one).backgroundColor)"
     )
@@ -597,11 +602,22 @@ def test_no_regular_orbit_is_grey(sheet):
     assert crescent.reading["rotation"]["error"] < 1e-4
     assert sorted(sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)")) == [0, 48]
     assert not any(row.split("\t")[4] == "–" for row in rows_of(sheet))
-    sheet.state("system=henon-heiles&crossings=40&energy=0.125&points=0.3:0.1")
+    sheet.state("system=henon-heiles&crossings=20&energy=0.125&points=0.3:0.1")
     sheet.done(1)
     sheet.wait("!app.paintStale")
     assert sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)") == ["undecided"]
-    assert sheet.text("scale").split() == ["regular,", "ν", "undecided", "chaotic"]
+    assert sheet.text("scale").split() == ["not", "chaotic,", "ν", "undecided,", "no", "ν", "chaotic"]
+
+
+def test_an_undecided_orbit_has_the_colour_of_its_number(sheet):
+    """Before its classification is known, once its rotation number has an error below 0.005."""
+    sheet.state("system=henon-heiles&crossings=150&energy=0.125&points=0.3:0.1,0.25:0.0")
+    sheet.done(2)
+    sheet.wait("!app.paintStale")
+    orbits = sheet.orbits()
+    assert {one.reading["classification"] for one in orbits} == {"undecided"}
+    assert all(one.reading["rotation"]["error"] < 5e-3 for one in orbits)
+    assert sorted(sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)")) == [0, 48]
 
 
 @pytest.mark.parametrize("energy", [0.05, 0.125, 1 / 6 - 1e-3])
@@ -761,6 +777,12 @@ def test_on_a_telephone(browser, file):
     tops = [sheet.page.locator(f"[data-{one}]").bounding_box()["y"] for one in ("part=stage", "do=box", "do=undo")]
     assert tops == sorted(tops)
     assert tops[0] < 100  # the plot is above the buttons
+    order = sheet.page.evaluate(TABBED)
+    assert [top for top, _ in order] == sorted(top for top, _ in order), order
+    table = sheet.page.locator("[data-part=table]")
+    assert table.get_attribute("data-more") is not None  # a sign that it goes on
+    table.evaluate("(one) => { one.scrollLeft = one.scrollWidth; }")
+    sheet.wait("!app.part('table').hasAttribute('data-more')")
     sheet.page.touchscreen.tap(*sheet.pixel(0.3, 0.1))
     sheet.done(1)
     np.testing.assert_allclose(sheet.orbits()[0].point, (0.3, 0.1), atol=0.01)

@@ -101,6 +101,24 @@ def test_python_of_readme_runs(capsys, tmp_path, monkeypatch):
     sys.modules["matplotlib.pyplot"].close("all")
 
 
+def test_readme_has_pictures_for_dark_pages():
+    """Each has both versions, the dark one made of the other; the site has the first, which its style sheet inverts."""
+    from matplotlib.image import imread
+
+    text = (ROOT / "README.md").read_text()
+    pictures = re.findall(r'<picture><source media="[^"]*dark\)" srcset="([^"]*)"><img alt="[^"]+" src="([^"]*)"', text)
+    assert len(pictures) == text.count("<picture>") == 2
+    sys.path.insert(0, str(DOCS / "figures"))
+    darkened = import_module("dark").darkened
+    for dark, light in pictures:
+        np.testing.assert_allclose(imread(ROOT / dark)[..., :3], darkened(imread(ROOT / light))[..., :3], atol=1 / 255)
+    pages = {ROOT / "README.md": DOCS / "index.md"}
+    found = import_module("included").relinked(text, ROOT / "README.md", DOCS / "index.md", pages)
+    assert "<picture>" not in found
+    for _, light in pictures:
+        assert re.search(rf"!\[[^]]+\]\([^)]*{Path(light).name}\)", found)
+
+
 def test_readme_is_one_screenful_of_facts():
     """A reader sees all of it in five minutes: at most 120 lines, and at most 8 measured rows beside other programs."""
     lines = (ROOT / "README.md").read_text().splitlines()
@@ -334,6 +352,13 @@ def sections(value):
     parts = re.split(r"^(\w+)\n-+$", inspect.getdoc(value), flags=re.MULTILINE)
     assert len(set(parts[1::2])) == len(parts) // 2
     return dict(zip(parts[1::2], parts[2::2]))
+
+
+def test_no_summary_is_cut_at_the_sign_of_a_product():
+    """Tables of the API show a docstring up to its first full stop: products are written k·nu, not with a full stop."""
+    docstrings = {name: inspect.getdoc(value) or "" for _, name, value in documented()}
+    assert len(docstrings) > 300
+    assert [name for name, text in docstrings.items() if re.search(r"\s\.(\s|$)", text.split("\n\n")[0])] == []
 
 
 @pytest.mark.parametrize("name", VERBS)

@@ -129,6 +129,9 @@ def by_case(**given):
 
 ROWS = {
     "integrate": Row(fa.integrate, {"z0": FEW}, {"model": HH, **LIMITED, "samples": 3}),
+    "integrate, times of samples": Row(
+        fa.integrate, {"z0": FEW}, {"model": HH, **LIMITED, "samples": np.geomspace(0.01, LIMITED["time"], 7)}
+    ),
     "integrate, given step": Row(fa.integrate, {"z0": MANY}, {"model": HH, **LIMITED, **FIXED, "samples": 3}),
     "integrate, a step each": Row(
         fa.integrate, {"z0": FEW, "step": np.geomspace(0.01, 0.2, 40)}, {"model": HH, **LIMITED}

@@ -1,8 +1,14 @@
-"""What long calls say on terminals: that they compile, the share done, and the time left."""
+"""What long calls say: that they compile and for how long, the share done, and the time left."""
 
 import importlib
 import inspect
+import logging
+import os
+import re
+import subprocess
+import sys
 import threading
+import time
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -10,6 +16,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
+from fastaff.cli.progress import compiled
 from fastaff.core.numbers import Passes
 from fastaff.results import progress
 from fastaff.results.calls import records_call
@@ -92,12 +99,32 @@ def test_progress_takes_a_bool(wrong):
 
 
 def test_where_nobody_looks(monkeypatch):
+    """Pipes get no shares unless they are asked for; nobody is told where that is asked for."""
     monkeypatch.setattr(progress._Shown, "wanted", None)
-    assert not inner().told  # pytest takes stderr
+    monkeypatch.delenv("FASTAFF_PROGRESS")
+    monkeypatch.setattr(progress.sys, "stderr", SimpleNamespace(isatty=lambda: False))
+    assert not inner().told
+    assert isinstance(progress._line("inner", True), progress._LoggedLines)
+    assert progress._line("inner", False) is None
+    monkeypatch.setenv("FASTAFF_PROGRESS", "1")
+    assert inner().told
     monkeypatch.setattr(progress.sys, "stderr", SimpleNamespace(isatty=lambda: True))
-    assert progress._looked_at()
+    monkeypatch.delenv("FASTAFF_PROGRESS")
+    assert type(progress._line("inner", False)) is progress._Line
     monkeypatch.setenv("FASTAFF_PROGRESS", "0")
-    assert not progress._looked_at()
+    assert progress._line("inner", True) is None
+    monkeypatch.setattr(progress._Shown, "wanted", True)  # the process says it later
+    assert type(progress._line("inner", True)) is progress._Line
+
+
+def test_a_call_with_an_executor_starts_no_thread_in_a_pipe(monkeypatch):
+    """Its processes fork meanwhile."""
+    monkeypatch.setattr(progress._Shown, "wanted", None)
+    monkeypatch.delenv("FASTAFF_PROGRESS")
+    running = says_progress(lambda executor=None: threading.active_count() - before)
+    before = threading.active_count()
+    assert running() == 1
+    assert running(executor="pool") == 0
 
 
 def test_a_branch_says_where_it_is(monkeypatch, shown):
@@ -267,6 +294,96 @@ def test_a_line_of_compilation(kernel):
     assert line.text(9.0) == "chaos_map: 9 s"  # it computes
     with progress.Compiling.under_way():
         assert line.text(9.0) == "chaos_map: compiling once, 7 s"
+
+
+def looks(line, clock, seconds):
+    """Let a line look once a second."""
+    for _ in range(seconds):
+        clock.time += 1.0
+        line.look(clock.time - line.begun)
+
+
+def test_a_compilation_of_seconds_is_logged_in_a_pipe(kernel, clock, caplog):
+    """Once, and how long it took as soon as nothing more is compiled, not at the end of an hour of computing."""
+    line = progress._LoggedLines("poincare_map", shares=False)
+    kernel(progress.NOTICED - 1.0)
+    looks(line, clock, 20)
+    assert not caplog.records
+    kernel(7.0)
+    looks(line, clock, 2)
+    said = [f"fastaff: poincare_map: {progress.COMPILING}"]
+    assert caplog.messages == said
+    assert caplog.records[0].name == "fastaff"
+    assert caplog.records[0].levelno == logging.WARNING
+    kernel(29.0)  # after a moment between two kernels
+    with progress.Compiling.under_way():
+        looks(line, clock, 2 * progress.SETTLED)
+        assert caplog.messages == said
+    looks(line, clock, progress.SETTLED)
+    said.append(f"fastaff: poincare_map: compiled 3 kernels in {progress.NOTICED + 35 + 2 * progress.SETTLED:.0f} s")
+    assert caplog.messages == said
+    looks(line, clock, 3600)
+    line.start()
+    line.end()
+    assert caplog.messages == said
+
+
+def test_how_long_a_compilation_took_is_logged_at_the_end_of_a_call(kernel, clock, caplog):
+    line = progress._LoggedLines("integrate", shares=False)
+    kernel(12.0)
+    looks(line, clock, 1)
+    line.start()
+    line.end()
+    assert caplog.messages[1:] == ["fastaff: integrate: compiled 1 kernel in 12 s"]
+
+
+def test_shares_in_a_pipe_are_whole_lines_and_few(clock, capsys):
+    line = progress._LoggedLines("chaos_map", shares=True)
+    line.report(0.0)
+    for second in range(1, 101):
+        line.report(second / 200)
+        looks(line, clock, 1)
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 100 // int(progress.APART)
+    assert all(re.fullmatch(r"fastaff: chaos_map: +\d+%, about \d+ (s|min) left", text) for text in told)
+
+
+@pytest.mark.slow
+def test_a_script_in_a_pipe_says_that_it_compiles_and_for_how_long(tmp_path):
+    """With an empty cache, in its first process only."""
+    code = (
+        "import fastaff as fa; from fastaff.results import progress; progress.NOTICED = 0.0;"
+        "print(fa.integrate(fa.HenonHeiles(), [0.1, 0.2, 0.3, 0.1], time=1.0, step=0.1).success)"
+    )
+    environment = {**os.environ, "FASTAFF_CACHE_DIR": str(tmp_path)}
+    del environment["FASTAFF_PROGRESS"]
+    for cold in (True, False):
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        assert done.stdout == "True\n"
+        said = rf"fastaff: integrate: {progress.COMPILING}\nfastaff: integrate: compiled \d+ kernels in \d+ s\n"
+        assert re.fullmatch(said if cold else "", done.stderr)
+
+
+@pytest.mark.race
+def test_a_command_says_that_it_compiles_and_for_how_long(capsys, monkeypatch):
+    """In pipes, too; nothing where nothing is compiled."""
+    monkeypatch.setattr(progress.Compiling, "kernels", 0)
+    monkeypatch.setattr(progress._Shown, "wanted", None)
+    monkeypatch.delenv("FASTAFF_PROGRESS")
+
+    def compiles():
+        with progress.Compiling.under_way():
+            progress.Compiling.kernels += 2
+            time.sleep(0.8)
+
+    compiled(lambda: time.sleep(0.8))
+    assert capsys.readouterr().err == ""
+    compiled(compiles)
+    assert capsys.readouterr().err == f"fastaff: {progress.COMPILING}\nfastaff: compiled 2 kernels in 1 s\n"
+    compiled(compiles, announce=False)
+    monkeypatch.setenv("FASTAFF_PROGRESS", "0")
+    compiled(compiles)
+    assert capsys.readouterr().err == ""
 
 
 def test_a_line_is_taken_away(capsys):

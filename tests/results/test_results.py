@@ -71,6 +71,7 @@ WHOLE = {
     "ResonanceLine": lambda: fa.frequencies.ResonanceLine(
         (1, -1), 2, (np.eye(2), np.eye(3)[:, :2]), np.eye(2, 3, dtype=bool)
     ),
+    "SeriesExponent": lambda: fa.chaos.series_exponent(battery.SERIES),
     "Bifurcation": lambda: fa.periodic.Bifurcation(fa.periodic.Event.FOLD, 0.5, 0.1, CLOSED[:, 0], 6.0, 1e-9),
     "TorusFit": lambda: fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1),
 }

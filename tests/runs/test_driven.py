@@ -200,6 +200,20 @@ def test_stroboscopic_section_at_any_phase_from_any_phase():
     assert np.nanmax(np.abs(adaptive.points - found.points)[[0, 2]]) < 1e-9
 
 
+def test_a_phase_is_a_part_of_the_period():
+    """The section at a phase is the section at phase 0, integrated for the time of the phase."""
+    model = pendulum(a=0.2)
+    z = np.array([[0.1, -0.4, 2.0], [1.0, 0.3, 0.1]])
+    strobes = [fa.poincare_map(model, z, section=f"t={phase}", crossings=4) for phase in ("0", "0.3*period")]
+    assert np.allclose(strobes[1].times - strobes[0].times + model.period, 0.3 * model.period, rtol=0, atol=1e-12)
+    for k in range(3):
+        later = fa.integrate(model, strobes[0].points[[0, 2], k], time=0.3 * model.period, accuracy=1e-12)
+        error = np.abs(later.z[[0, 2]] - strobes[1].points[[0, 2], k + 1]).max()
+        assert error < 1e-8
+    with pytest.raises(ValueError, match="got 'periods/4': unknown name 'periods'"):
+        fa.poincare_map(model, z, section="t=periods/4", crossings=4)
+
+
 def test_other_sections_are_found_by_roots():
     found = fa.poincare_map(pendulum(), [0.0, 0.8], section="x=0", crossings=10, max_time=200.0)
     assert np.abs(found["x"]).max() < 1e-14

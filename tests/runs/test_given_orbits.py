@@ -208,7 +208,7 @@ def test_hdf5_and_zarr(tmp_path):
         same(fa.orbit_frequencies(file["all"], DT), whole)
         same(fa.orbit_frequencies(file["parts"], DT, coordinates=("x", "y", "px", "py")), by_name)
         same(fa.tunes(file["parts"], coordinates="x, y, px, py").nu, fa.tunes(ARRAY).nu)
-        with pytest.raises(ValueError, match=r"coordinates must be given for named arrays, .* of the names .*'px'"):
+        with pytest.raises(ValueError, match=r"coordinates must name the arrays of samples .* of the names .*'px'"):
             fa.tunes(file["parts"])
         with pytest.raises(ValueError, match=r"coordinates must be names in samples, which has .*, got 'pz'"):
             fa.tunes(file["parts"], coordinates="x, y, px, pz")

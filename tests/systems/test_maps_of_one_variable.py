@@ -76,7 +76,6 @@ def test_orbits_that_escape_or_leave_the_domain_end():
     [
         (lambda: fa.frequency_map(LOGISTIC, [0.3], time=500), "must have momenta, got a map of one variable"),
         (lambda: fa.fit_torus(LOGISTIC, [0.3], time=500), "must have momenta, got a map of one variable"),
-        (lambda: fa.explore(LOGISTIC), "must have momenta, got a map of one variable"),
         (
             lambda: fa.chaos_map(LOGISTIC, [0.3], time=500, indicators=fa.FrequencyDiffusion()),
             "must have momenta, got a map of one variable",

@@ -471,3 +471,8 @@ def test_molecules_without_what_is_asked_for_are_refused():
             find(fa.molecules.ring(5, pairs=together))
     with pytest.raises(ValueError, match="positions must be finite real numbers"):
         uneven.energy(np.ones((2, 3)))
+
+
+def test_repr_of_many_atoms_is_one_line():
+    ring = fa.molecules.ring(1000, mass=0.5, pairs=[fa.molecules.HarmonicBond(), fa.molecules.LennardJones()])
+    assert repr(ring) == "<Molecule of 1000 atoms, mass 500: 1000 HarmonicBond, 1000 LennardJones>"

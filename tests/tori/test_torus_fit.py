@@ -77,7 +77,10 @@ def test_separable_bodies_have_their_own_frequencies_and_actions(body, i):
     truth = frequencies(body, z[:, None])[:, 0]
     np.testing.assert_allclose(f.nu, truth, rtol=0, atol=1e-11)
     assert (np.abs(f.nu - truth) <= f.nu_error + 1e-14).all()
-    np.testing.assert_allclose(f.J, r_vartheta_actions(body, z), rtol=1e-9)
+    actions = r_vartheta_actions(body, z)
+    np.testing.assert_allclose(f.J, actions, rtol=1e-9)
+    assert (np.abs(f.J - actions) <= f.J_error + 1e-11 * np.abs(actions)).all()
+    assert (f.J_error <= 1e-9 * np.abs(actions).max()).all()
 
 
 def test_the_harmonic_body_is_periodic():

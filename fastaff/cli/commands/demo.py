@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from ...results.progress import COMPILING, asked, silent
 from ..options import Output
 from ..progress import TerminalProgress, is_cold
 from ..stops import Stops, on_stop, say
@@ -44,10 +45,10 @@ def demo(
             bar.__exit__()
         Stops.leave("before the end, when the demo writes its files")
 
-    if is_cold():
-        say("compiling once")
+    if is_cold() and asked() is not False:
+        say(COMPILING)
     try:
-        with on_stop(leave):
+        with on_stop(leave), silent():
             demonstration.run(out, quick, threads=threads, meter=meter, overwrite=overwrite)
     finally:
         for bar in bars:

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...engine import packs
 from ..options import WRITTEN, Parameter
 from ..progress import compiled
 from ..stops import say
@@ -126,13 +127,25 @@ def _check() -> dict[str, Any]:
     steps = ORBITS * PERIODS * STEPS
     rate = steps / min(seconds[1:])
     pack = prebuilt() if CodeCache.prebuilt else None
+    wheel = packs.FOLDER / "built.json"
+    kernels = "compiled here"
+    if pack is not None:
+        kernels = f"prebuilt {pack.level.name}"
+    elif prebuilt() is None and wheel.is_file():
+        kernels += f"; the wheel has machine code for {_built(json.loads(wheel.read_text()))}"
     return {
         "error": max(error),
         "first_result": seconds[0],
         "was_cached": not cold,
-        "kernels": f"prebuilt {pack.level.name}" if pack else "compiled here",
+        "kernels": kernels,
         "orbit_steps_per_second": rate,
     }
+
+
+def _built(versions: dict[str, str]) -> str:
+    """Return for which versions and processors a wheel has machine code."""
+    named = ", ".join(f"{name} {version}" for name, version in versions.items())
+    return f"{named} and processors of {' or '.join(reversed(packs.LEVELS))}"
 
 
 def _rows(facts: dict[str, Any]) -> list[tuple[str, str]]:

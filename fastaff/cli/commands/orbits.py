@@ -42,6 +42,11 @@ def poincare(
     no_diffusion
         Do not compute the diffusion; draw in one colour.
     """
+    if options.map is not None and options.build().momenta == ():
+        raise OptionError(
+            "--map must have two variables or more for a section, got one. Try fastaff explore: its page has the "
+            "cobweb and the bifurcation diagram."
+        )
     # With a given time the times of return are not known.
     span = {"returns": 400.0} if asked.max_time is None else {"time": 1200.0}
     keeps = all(getattr(options, name) is None for name in LOSING)  # these options make systems without frequencies

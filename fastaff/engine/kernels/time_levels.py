@@ -1,4 +1,4 @@
-"""Passages of a coordinate through equidistant levels, recorded for location, and its end."""
+"""Passages of a coordinate through given levels, recorded for location, and its end."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ ROWS = TimeLevelRows()
 
 @jit(inline=True)
 def pass_levels(value, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: record the brackets in which row value.row of z rises through 1/count, 2/count ... 1, count =
-    value.levels.
+    """Observer: record the brackets in which row value.row of z rises through value.levels levels.
 
-    memory (ROWS.state + rows)*LANES. A record's row is counted from its level, so that all are crossings of zero. A
-    lane is done when it passes 1. Returns the number of lanes that became done.
+    The time of a record is its level before it is written. memory (ROWS.state + rows)*LANES. A record's row is counted
+    from its level, so that all are crossings of zero. A lane is done when it passes the last level. Returns the number
+    of lanes that became done.
     """
     row = int(value.row)
     rows = int(value.rows)
@@ -38,15 +38,16 @@ def pass_levels(value, lanes, orbit, fresh, t, z, memory, out, done):
         o = orbit[i]
         passed = int(memory[ROWS.passed * LANES + i])
         before = memory[ROWS.before * LANES + i]
-        while passed < count and z[row * LANES + i] * count >= passed + 1:
+        while passed < count and z[row * LANES + i] >= out[o, passed * width + RECORD.time]:
             c = passed * width
+            level = out[o, c + RECORD.time]
             out[o, c + RECORD.time] = before
             out[o, c + RECORD.kind] = CERTAIN
             for r in range(rows):
                 out[o, c + RECORD.state + r] = memory[(ROWS.state + r) * LANES + i]
             passed += 1
-            out[o, c + RECORD.state + row] -= passed / count
-            out[o, c + RECORD.beyond] = z[row * LANES + i] - passed / count
+            out[o, c + RECORD.state + row] -= level
+            out[o, c + RECORD.beyond] = z[row * LANES + i] - level
             out[o, c + RECORD.upper] = t[i] - before
         memory[ROWS.passed * LANES + i] = passed
         memory[ROWS.before * LANES + i] = t[i]

@@ -5,7 +5,7 @@ import { backgroundDiffers } from "./background.js";
 import { innerOf } from "./frame.js";
 import { followOrbit } from "./motion.js";
 import { hasLeft, newOrbit, remember, removeOrbit, showOrbit } from "./orbits.js";
-import { schemeTitle } from "./controls.js";
+import { schemeTitle, setSlider } from "./controls.js";
 import { rangeEnergy, showConstant, showOthers, showParameters, showState, showWrong } from "./panel.js";
 import { makeSaving } from "./offers.js";
 import { OWN, firstState, hashOf, settle, systemOf } from "./state.js";
@@ -83,13 +83,13 @@ export function makeActions(app) {
     if (!section.surface) return;
     part("hello").hidden = true;
     app.own = true;
-    const cells = Number(part("grid").value);
-    const entry = { first: orbits.next, end: orbits.next + cells * cells, numbers: [] };
+    const cells = Number(part("grid").value), rows = app.root.hasAttribute("data-line") ? 1 : cells;
+    const entry = { first: orbits.next, end: orbits.next + cells * rows, numbers: [] };
     orbits.next = entry.end;
     app.fills = [...(app.fills ?? []), entry].slice(-40);
     forget(remember(orbits, { launched: entry.numbers, fill: entry }));
-    app.send({ type: "fill", columns: cells, rows: cells, view: [...section.frame.view], crossings: app.state.crossings, first: entry.first });
-    notice(cells + " × " + cells + " orbits over the view" + (app.state.energy === null ? "." : ", where accessible."));
+    app.send({ type: "fill", columns: cells, rows, view: [...section.frame.view], crossings: app.state.crossings, first: entry.first });
+    notice((rows === 1 ? cells : cells + " × " + cells) + " orbits over the view" + (app.state.energy === null ? "." : ", where accessible."));
   }
 
   function forget(gone) {
@@ -238,6 +238,7 @@ export function makeActions(app) {
   function showKind(system) {
     app.root.dataset.kind = system.kind;
     app.root.toggleAttribute("data-driven", Boolean(system.driven));
+    app.root.toggleAttribute("data-line", Boolean(system.line));
   }
 
   function sendSystem() {
@@ -388,10 +389,10 @@ export function makeActions(app) {
     }
   }
 
-  // Points that fill the region evenly, the first ones too.
+  // Points that fill the region evenly, the first ones too; of one variable one, whose cobweb can be followed.
   function firstStarts() {
-    const { surface } = section, [u0, u1, v0, v1] = surface.extent, found = [];
-    for (let k = 1; k < 40 * FIRST && found.length < FIRST; k++) {
+    const { surface } = section, most = surface.graph ? 1 : FIRST, [u0, u1, v0, v1] = surface.extent, found = [];
+    for (let k = 1; k < 40 * FIRST && found.length < most; k++) {
       const [u, v] = shortPoint(u0 + (u1 - u0) * ((0.5 + k * EVENLY[0]) % 1), v0 + (v1 - v0) * ((0.5 + k * EVENLY[1]) % 1));
       if (isAllowed(surface, u, v)) found.push({ point: [u, v] });
     }
@@ -447,6 +448,14 @@ export function makeActions(app) {
       surfaceChanged(false, sendSystem);
     },
   };
+
+  // A value of a parameter that is chosen in a figure, shown at its slider.
+  function setParameter(name, value) {
+    const slider = app.panel.parameters[name];
+    if (!slider || value === app.state.parameters[name]) return;
+    setSlider(slider, value);
+    panel.parameter(name, value);
+  }
 
   // ---- view
 
@@ -600,6 +609,6 @@ export function makeActions(app) {
   }
 
   return {
-    do: act, choose, more, hide, forget: forgetOne, step, moveCursor, pan, pointer, panel, notice, remembered, useState, askSurface, launchPending, takeParsed, dropRefused, closeSurface, keepSurface, adviseEnergy, showBackgroundState, showFoot, showPlaying, click,
+    setParameter, do: act, choose, more, hide, forget: forgetOne, step, moveCursor, pan, pointer, panel, notice, remembered, useState, askSurface, launchPending, takeParsed, dropRefused, closeSurface, keepSurface, adviseEnergy, showBackgroundState, showFoot, showPlaying, click,
   };
 }

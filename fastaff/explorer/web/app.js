@@ -5,6 +5,7 @@ import { followKeys, listKeys } from "./keys.js";
 import { makeActions } from "./actions.js";
 import { makeBackground } from "./background.js";
 import { makeDrawing, askFrame } from "./drawing.js";
+import { followOverflow, followWidth } from "./layout.js";
 import { receive } from "./messages.js";
 import { makeMotion } from "./motion.js";
 import { makeOrbits } from "./orbits.js";
@@ -14,6 +15,7 @@ import { followPointers } from "./pointer.js";
 import { fillList } from "./controls.js";
 import { firstState, readHash } from "./state.js";
 import { makeTable } from "./table.js";
+import { makeBifurcations, valueAt } from "./view_bifurcations.js";
 import { makeBodyView } from "./view_body.js";
 import { makeConfiguration } from "./view_configuration.js";
 import { makeFrequency, orbitAt } from "./view_frequency.js";
@@ -27,7 +29,7 @@ export function startExplorer(root, setup, backend, options = {}) {
   const hash = options.standalone ? readHash(setup, location.hash) : { state: firstState(setup, setup.start?.system), wrong: [] };
   const app = {
     root, setup, part, options, backend, state: hash.state, orbits: makeOrbits(), background: makeBackground(setup.background), section: makeSection({ back: part("back"), points: part("points"), front: part("front") }),
-    configuration: makeConfiguration(part("configuration")), body: makeBodyView(part("body")), frequency: makeFrequency(part("frequency")), series: makeSeries(part("series")),
+    configuration: makeConfiguration(part("configuration")), body: makeBodyView(part("body")), frequency: makeFrequency(part("frequency")), series: makeSeries(part("series")), bifurcations: makeBifurcations(part("bifurcations")),
     theme: "light", themeChoice: "system", colours: null, pending: null, asked: 0, surfaceFor: null, launchedAt: new Map(), firstPoints: [], speed: null, step: null, dirty: new Set(), pointer: null, boxMode: false,
   };
   app.send = (message, transfer) => backend.send(message, transfer);
@@ -40,6 +42,8 @@ export function startExplorer(root, setup, backend, options = {}) {
   app.table.redraw = () => askFrame(app, "table");
   backend.onmessage = (event) => receive(app, event.data);
   followTheme(app);
+  followWidth(root, part);
+  followOverflow(part("table"));
   followHands(app);
   app.motion.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   actions.showPlaying();
@@ -100,6 +104,14 @@ function followHands(app) {
     const box = event.target.getBoundingClientRect();
     const orbit = orbitAt(app.frequency, event.clientX - box.left, event.clientY - box.top);
     if (orbit) actions.choose(orbit.number);
+  });
+  part("bifurcations").addEventListener("click", (event) => {
+    const box = event.target.getBoundingClientRect(), value = valueAt(app.bifurcations, event.clientX - box.left, event.clientY - box.top);
+    if (value !== null) actions.setParameter(app.bifurcations.parameter, value);
+  });
+  part("bifurcation-parameter").addEventListener("change", () => {
+    app.bifurcations.parameter = part("bifurcation-parameter").value;
+    askFrame(app, "frequency");
   });
   part("frequency-axes").addEventListener("change", () => {
     app.frequency.axes = part("frequency-axes").value;

@@ -1,10 +1,10 @@
 // The rotation number of a closed curve of any shape: points in their order along the curve, not about a centre.
 
-import { averages, displacements, fittedLines, meanTurn, rotationNumber } from "./readings.js";
+import { averages, displacements, fittedLines, meanTurn, rotationNumber, wrapped } from "./readings.js";
 
 const LEAST_ON_CURVE = 64, MOST_ON_CURVE = 2048, TRIED_LINES = 3, TRIED_HARMONICS = 4;
-// Length of the polygon over that of every second point: 1 on a curve, 2 of what fills an area; by angles about a place off it between.
-const CLOSED = 1.25, SEEN = 1.03;
+const CLOSED = 1.25; // length of the polygon over that of every second point: 1 on a curve, 2 of what fills an area
+const MOST_BACKWARDS = 0.03; // of a turn; rounding alone on a curve, above a tenth of a turn for crescents
 const AGREES = 2; // of the sum of the errors of both numbers
 
 /** The rotation number of points u, v, u, v, ... about the inside of their curve: about their mean where that sees all of it. */
@@ -17,15 +17,28 @@ export function curveRotation(points) {
   return differ || along.error < about.error ? along : about;
 }
 
-/** Whether the angles about the mean order the points along a closed curve around it. */
+/**
+ * Whether the mean sees all of a closed curve around it: the angles leave no gap of half a turn, and their cyclic order is
+ * that of their images, as on a circle. From a place off the curve's inside, both sides of a crescent move against each other.
+ */
 function seenFromMean(points) {
   const [u, v] = columns(points), angle = u.map((x, k) => Math.atan2(v[k], x)), order = Uint32Array.from(u.keys()).sort((i, j) => angle[i] - angle[j]);
   const widest = Math.max(...[...order.keys()].map((at) => (at ? angle[order[at]] - angle[order[at - 1]] : 2*Math.PI + angle[order[0]] - angle[order.at(-1)])));
-  return widest < Math.PI && isCurve(order, u, v, SEEN);
+  return widest < Math.PI && backwards(order.filter((k) => k + 1 < u.length), angle) < MOST_BACKWARDS*2*Math.PI;
+}
+
+/** How far the images of points in the order of their angles go backwards, in one turn. */
+function backwards(order, angle) {
+  let sum = 0;
+  for (let at = 0; at < order.length; at++) {
+    const step = angle[order[(at + 1) % order.length] + 1] - angle[order[at] + 1];
+    sum += Math.max(0, -wrapped(step));
+  }
+  return sum;
 }
 
 /** Whether the polygon through points in an order is no longer than a curve is. */
-function isCurve(order, u, v, most = CLOSED) { return !(polygon(order, u, v).at(-1) > most*polygon(order.filter((_, k) => k % 2 === 0), u, v).at(-1)); }
+function isCurve(order, u, v) { return !(polygon(order, u, v).at(-1) > CLOSED*polygon(order.filter((_, k) => k % 2 === 0), u, v).at(-1)); }
 
 /** Coordinates of the points, each about its mean in units of its spread. */
 function columns(points) {

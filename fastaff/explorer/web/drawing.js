@@ -7,7 +7,8 @@ import { repaint, showScale } from "./paint.js";
 import { hasRotation, nearestPoint, summaryOf } from "./orbits.js";
 import { systemOf } from "./state.js";
 import { drawTable } from "./table.js";
-import { shownNumber, shownRotation, writeLabel } from "./text.js";
+import { greek, shownNumber, shownRotation, writeLabel } from "./text.js";
+import { askBifurcations, drawBifurcations } from "./view_bifurcations.js";
 import { drawBody } from "./view_body.js";
 import { drawConfiguration } from "./view_configuration.js";
 import { countAround } from "./view_density.js";
@@ -39,7 +40,8 @@ export function sceneOf(app) {
   const system = systemOf(app.setup, app.state);
   const orbit = app.orbits.shown.get(app.orbits.chosen) ?? null;
   const labels = { section: app.section.surface?.labels ?? ["u", "v"], places: system.kind === "body" ? ["α", "β"] : system.coordinates };
-  return { orbits: app.orbits, background: app.background, state: app.state, theme: app.theme, colours: app.colours, kind: system.kind, motion: app.motion, orbit, labels };
+  labels.series = system.line ? [system.coordinates[0], system.coordinates[0]].map(greek) : labels.section;
+  return { isLine: Boolean(system.line), orbits: app.orbits, background: app.background, state: app.state, theme: app.theme, colours: app.colours, kind: system.kind, motion: app.motion, orbit, labels };
 }
 
 function drawFrame(app, now) {
@@ -67,7 +69,10 @@ function drawFrame(app, now) {
         app.part("empty").hidden = app.orbits.shown.size > 0;
         app.part("count").textContent = summaryOf(app.orbits) + " · " + app.orbits.total.toLocaleString("en").replaceAll(",", "\u202f") + " points" + (showsDensity(app.section, app.orbits) ? ", density" : "");
       }
-      if (dirty.delete("frequency")) drawFrequency(app.frequency, scene);
+      if (dirty.delete("frequency")) {
+        if (scene.isLine) drawDiagram(app, scene);
+        else drawFrequency(app.frequency, scene);
+      }
     } else next.push(dirty.has("table") ? "table" : "frequency");
   }
   const moves = scene.kind !== "map";
@@ -84,6 +89,13 @@ function drawFrame(app, now) {
   }
   if (dirty.delete("body") && scene.kind === "body") drawBody(app.body, scene);
   if (next.length || dirty.size) askFrame(app, ...next);
+}
+
+// The bifurcation diagram of a map of one variable, from where the chosen orbit starts.
+function drawDiagram(app, { state, orbit, labels, theme, colours }) {
+  const { bifurcations: view, panel, ready } = app, limits = (name) => [panel.parameters[name].from, panel.parameters[name].to];
+  if (ready && app.section.surface) askBifurcations(view, { state, orbit, limits, send: app.send });
+  drawBifurcations(view, { state, label: labels.series[0], theme, colours });
 }
 
 // The line under the section: where the pointer is, what is there.

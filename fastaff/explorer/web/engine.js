@@ -217,6 +217,8 @@ export class Tangent {
   /** Make its length 1 again, and keep what it has grown by since it last was. */
   renew(t) {
     if (!(t > this.last)) return;
+    if (this.square() === 0) this.isLost = true; // on a superstable cycle, whose exponent is minus infinity
+    if (this.isLost) return;
     const gained = this.normalise(), { last } = this;
     this.length += gained;
     this.weighted += 0.5*(last + t)*gained;
@@ -231,6 +233,7 @@ export class Tangent {
    * CALM_PERIODS, since nearly half of the orbits that look regular after 20 turn out to be chaotic. */
   reading() {
     const t = this.last;
+    if (this.isLost) return { megno: null, lyapunov: null, classification: "regular" };
     if (!(t > 0)) return { megno: null, lyapunov: null, classification: "undecided" };
     const now = { megno: this.area/t, decades: this.length/LN10 };
     let before = null;

@@ -24,8 +24,8 @@ export function readMap({ formula, periodic = "" }) {
   const lefts = sides.map(([left]) => left), isImage = (left) => left.endsWith(suffix) && left.length > suffix.length;
   const variables = lefts.filter(isImage).map((left) => left.slice(0, -suffix.length));
   if (!variables.length) throw noMap(`formula must give the image of each variable, x1 = ... or x' = ..., such as ${EXAMPLE}`);
-  if (variables.length % 2 || variables.length > MOST_ROWS) {
-    throw noMap(`formula must give the images of 2, 4, ... or ${MOST_ROWS} variables, coordinates and momenta; got those of ${variables.join(", ")}`);
+  if ((variables.length % 2 && variables.length > 1) || variables.length > MOST_ROWS) {
+    throw noMap(`formula must give the images of 1, 2, 4, ... or ${MOST_ROWS} variables, got those of ${variables.join(", ")}`);
   }
   const known = new Set(), taken = new Set(["self", "np"]), names = [], texts = [];
   for (const name of variables) { checkedName(name, "variable", new Set([...taken, ...known])); known.add(name); }
@@ -67,8 +67,9 @@ function readPeriods(text, rows, names) {
   return rows.map((name) => (found.has(name) ? parseFormula(found.get(name), [], names) : null));
 }
 
-/** Coordinates and momenta: by names p_x or px beside x, q1 with p1, x with p; else the first half are coordinates. */
+/** Coordinates and momenta, none of one variable: by names p_x or px beside x, q1 with p1, x with p; else the first half are coordinates. */
 function pairsOf(variables) {
+  if (variables.length === 1) return { coordinates: variables, momenta: [] };
   const known = new Set(variables), half = variables.length/2;
   if (variables.length === 2 && known.has("p")) return { coordinates: variables.filter((name) => name !== "p"), momenta: ["p"] };
   const partner = (name) => [`p_${name}`, `p${name}`].find((other) => known.has(other) && other !== name);
@@ -95,12 +96,14 @@ export function mapCode({ formula, periodic = "", parameters = {} }) {
   const texts = new Map(names.map((name) => [name, `$${name}`]));
   rows.forEach((name, r) => texts.set(`.${name}`, r < n ? `q${r}` : `p${r - n}`).set(` d${r}`, `d${r}`));
   checkTried(graph, images, rows, new Map(names.map((name) => [name, Object.hasOwn(parameters, name) ? parameters[name] : 1])));
-  const print = (roots) => graph.printed(roots, texts, "k$");
+  const isLine = momenta.length === 0; // beside its variable an idle row, always 0
+  const print = (roots) => graph.printed(isLine ? [...roots, zero] : roots, texts, "k$");
   const methods = {
     iterate: print(images), tangent: print(slopes), periods: print(spans),
     margin: { lines: [], results: [`(1 + 0*(${coordinates.map((_, i) => `q${i}`).join(" + ")}))`] },
   };
-  return { kind: "map", n, parameters: names, angles: coordinates, winds: periods.map(Boolean), coordinates, momenta, methods };
+  const winds = [...periods.map(Boolean), ...(isLine ? [false] : [])];
+  return { kind: "map", n, line: isLine, parameters: names, angles: coordinates, winds, coordinates, momenta, methods };
 }
 
 /** Refuse a map that has a finite image nowhere around the origin. */

@@ -15,12 +15,13 @@ export class MapOrbit {
     Object.assign(this, { id, point, z0, plane, system, P, wanted: crossings, batch: Math.ceil(ITERATES/(system.steps ?? 1)) });
     this.z = Float64Array.from(z0);
     this.motion = motionOfMap(system, P, plane.rowPeriods, z0);
-    this.tangent = new Tangent({ n: system.n, h: 1 }, this.motion, frame, RENEWED);
+    this.tangent = new Tangent({ n: system.n, h: 1 }, this.motion, system.line ? [1, 0] : frame, RENEWED); // one variable: its other row is idle
     this.wound = Array.from({ length: system.n }, (_, i) => i).filter((i) => system.winds[i]);
     this.width = 2*system.n + this.wound.length;
     this.block = new Float64Array(RENEWED*this.width);
     Object.assign(this, { points: new Numbers(), times: new Numbers(), states: new Numbers(), steps: 0, sent: 0, status: "running" });
     this.turns = this.wound.map(() => new Numbers());
+    this.before = reduced(z0[0], plane.periods[0]); // the iterate before the next
     this.keep(this.z, 0);
   }
 
@@ -53,7 +54,10 @@ export class MapOrbit {
     for (let r = 0; r < rows; r++) sum += 0*block[first + r];
     if (sum !== 0) { this.end("escaped"); return; }
     if (!inside) { this.end("lost"); return; }
-    this.points.push(reduced(block[first + i], T), reduced(block[first + j], S));
+    const u = reduced(block[first + i], T);
+    if (system.line) this.points.push(this.before, u); // an iterate and its image
+    else this.points.push(u, reduced(block[first + j], S));
+    this.before = u;
     this.times.push(++this.steps);
     this.keep(block, first);
     if (this.steps <= KEPT_FOR_ROTATION) for (let k = 0; k < turns.length; k++) turns[k].push(block[at + k]);
@@ -80,10 +84,11 @@ export class MapOrbit {
     };
   }
 
-  /** What an angle winds in each iterate, of other planes the turns about the centre or, beside others, the tune; of a chain of
+  /** What an angle winds in each iterate, nothing of one variable that is none; of other planes the turns about the centre or, beside others, the tune; of a chain of
    * islands with {q, secondary}: the turns about its own island in q iterates. */
   turning(kept) {
-    const { index } = this.plane, k = this.wound.indexOf(index), alone = this.system.n === 1;
+    const { index } = this.plane, k = this.wound.indexOf(index), { line } = this.system, alone = this.system.n === 1;
+    if (line) return k < 0 ? null : windingNumber(this.turns[k].view(0, kept));
     if (k < 0 && !alone) {
       const value = this.frequencies?.values[index] ?? null;
       return value === null ? null : { value, error: this.frequencies.errors[index] };
@@ -118,7 +123,7 @@ export class MapOrbit {
         signals[4*(s*n + i) + 2] = all[2*s*n + n + i];
       }
     }
-    const whole = this.wound.length < n ? fundamentalFrequencies(signals, 4*n, 1, angles) : null;
+    const whole = this.wound.length < n && !this.system.line ? fundamentalFrequencies(signals, 4*n, 1, angles) : null;
     const values = angles.map((_, i) => whole?.values[i] ?? null), errors = angles.map((_, i) => whole?.errors[i] ?? null);
     values.forEach((value, i) => { if (value !== null) values[i] = value - Math.floor(value); });
     this.wound.forEach((i, k) => {

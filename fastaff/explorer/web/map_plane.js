@@ -11,7 +11,7 @@ export class MapPlane {
   constructor(system, P, { coordinates, momenta }, { section, others = {} }) {
     const planes = coordinates.map((name, i) => `${name},${momenta[i]}`), names = [...coordinates, ...momenta];
     if (!planes.includes(section)) throw wrong("section", `the plane must be one of ${planes.join("; ")}, got ${section}`);
-    Object.assign(this, { system, P, section, energy: null, constant: null, index: planes.indexOf(section) });
+    Object.assign(this, { system, P, section, energy: null, constant: null, index: planes.indexOf(section), isMap: true });
     this.rows = [this.index, system.n + this.index];
     this.axes = this.labels = this.rows.map((r) => names[r]);
     this.start = Float64Array.from(names, (name, r) => {

@@ -17,7 +17,7 @@ export function mapText(code, constants) {
   const set = (part, stem) => `${part.lines.join(" ")} ${rows.map((r) => `const ${stem}${r} = ${part.results[r]};`).join(" ")}`;
   return `const compiledSystem = {
   n: ${n}, kind: "map", parameters: ${JSON.stringify(code.parameters)}, angles: ${JSON.stringify(code.angles)},
-  winds: ${JSON.stringify(winds)}, hasTangent: true,
+  winds: ${JSON.stringify(winds)}, hasTangent: true, line: ${Boolean(code.line)},
   periods(P) {
     ${constants}
     ${body("periods")}

@@ -4,6 +4,7 @@ import { askFrame } from "./drawing.js";
 import { takeMotion } from "./motion.js";
 import { addPoints, hasLeft, knownOrbit, newOrbit, showOrbit } from "./orbits.js";
 import { WRITTEN, rangeEnergy, showConstant, showOthers, showWrong } from "./panel.js";
+import { takeBifurcations } from "./view_bifurcations.js";
 import { queueDensity } from "./view_density.js";
 import { takeRegion } from "./view_configuration.js";
 import { frequencyAxes } from "./view_frequency.js";
@@ -26,6 +27,7 @@ const ANSWERS = {
   points: takePointsMessage,
   reading: takeReadingMessage,
   motion: takeMotionMessage,
+  bifurcations: takeBifurcationsMessage,
   speed: takeSpeedMessage,
   wrong: takeWrongMessage,
 };
@@ -82,6 +84,9 @@ function takeSurfaceMessage(app, message) {
   const chosen = axes.some(([name]) => name === app.frequency.axes) ? app.frequency.axes : "first";
   app.frequency.axes = chosen;
   fillList(app.part("frequency-axes"), axes, chosen);
+  const letters = Object.keys(state.parameters);
+  app.bifurcations.parameter = letters.includes(app.bifurcations.parameter) ? app.bifurcations.parameter : letters[0] ?? null;
+  fillList(app.part("bifurcation-parameter"), letters.map((name) => [name, greek(name)]), app.bifurcations.parameter ?? "");
   if (isMap) fillList(app.part("series-row"), message.labels.map((label, k) => [String(k), label]), String(app.series.row));
   else app.send({ type: "region", width: REGION_GRID, height: REGION_GRID });
   app.actions.launchPending();
@@ -158,6 +163,10 @@ function takeReadingMessage(app, message) {
 
 function takeMotionMessage(app, message) {
   if (takeMotion(app.motion, message)) askFrame(app, "configuration", "body", "moving");
+}
+
+function takeBifurcationsMessage(app, message) {
+  if (takeBifurcations(app.bifurcations, message)) askFrame(app, "frequency");
 }
 
 function takeSpeedMessage(app, message) {

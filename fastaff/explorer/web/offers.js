@@ -10,6 +10,7 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
   // The lines of [initial_conditions] and the files beside the job.
   function saveJob(suffix, starts) {
     const system = systemOf(setup, app.state);
+    if (system.line) return notice("A job has no plane of a map of one variable. Copy the address of this state instead.", true);
     const name = stem(system) + suffix;
     const text = jobText(app.state, system, starts(name));
     if (text === null) return notice("A job file cannot describe this system: it was made in Python, or its equations are driven.", true);

@@ -8,8 +8,10 @@ export const PAINTS = [["classification", "classification"], ["orbit", "orbit"],
 
 const MEGNO_SPAN = [Math.log2(1.5), 4]; // 2 is regular; 16 and more has one colour
 
+const SETTLED = 5e-3; // turns: errors of regular orbits after 100 crossings, by which most chaotic ones are known as such
+
 const VALUES = { // what the colour scale says of an orbit, NaN where it says nothing
-  classification: (orbit) => (orbit.reading.classification === "regular" ? turnsOf(orbit) : NaN),
+  classification: (orbit) => (orbit.reading.classification === "regular" || isSettled(orbit) ? turnsOf(orbit) : NaN),
   orbit: () => NaN,
   rotation: turnsOf,
   megno: ({ reading: { megno } }) => (megno > 0 ? Math.log2(megno) : NaN),
@@ -17,6 +19,11 @@ const VALUES = { // what the colour scale says of an orbit, NaN where it says no
 
 function turnsOf(orbit) {
   return hasRotation(orbit) ? orbit.reading.rotation.value : NaN;
+}
+
+// Whether the rotation number of an orbit without a classification is known well enough to be a colour.
+function isSettled(orbit) {
+  return hasRotation(orbit) && orbit.reading.rotation.error < SETTLED;
 }
 
 // The colour of an orbit beside the scale: that of its classification, or of what is not known.
@@ -48,7 +55,7 @@ export function showScale(element, orbits, theme) {
   for (const piece of [scale, bar]) piece.hidden = !span && paintedBy !== "classification";
   for (const piece of [from, to]) piece.hidden = !span;
   swatches.replaceChildren(...besideScale(orbits).map(([paint, text]) => swatchOf(shadeColour(paint, theme), text)));
-  scale.textContent = { classification: "regular, ν", rotation: "ν", megno: "MEGNO" }[paintedBy];
+  scale.textContent = { classification: "not chaotic, ν", rotation: "ν", megno: "MEGNO" }[paintedBy];
   const stops = Array.from({ length: 9 }, (_, k) => shadeColour(Math.round((SHADES * k) / 8), theme));
   bar.style.background = "linear-gradient(to right, " + stops.join(", ") + ")";
   if (!span) return;
@@ -61,7 +68,7 @@ export function showScale(element, orbits, theme) {
 function besideScale({ paintedBy, shown }) {
   if (paintedBy !== "classification") return [["undecided", "not known"]];
   const plain = [...shown.values()].some((orbit) => orbit.paint === "regular") ? [["regular", "regular, no ν"]] : [];
-  return [...plain, ["undecided", "undecided"], ["chaotic", "chaotic"]];
+  return [...plain, ["undecided", "undecided, no ν"], ["chaotic", "chaotic"]];
 }
 
 function swatchOf(colour, text) {

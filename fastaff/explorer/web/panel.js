@@ -37,7 +37,7 @@ export function makePanel(part, setup, act) {
 const HINTS = {
   body: "Use D1, D2, alpha, beta, r, vartheta and parameters.",
   plane: "Use coordinates, momenta, t and parameters. Without momenta the text is V and H = p²/2 + V. With a drive period use one coordinate and t.",
-  map: "x1 or x' is the image of x. Other letters are parameters. Periodic coordinates are drawn around 0.",
+  map: "x1 or x' is the image of x; x1 = r*x*(1 - x) is a map of one variable. Other letters are parameters. Periodic coordinates are drawn around 0.",
   ode: "Use x' = ... for three variables or more, or x' and p' with t and a drive period.",
 };
 

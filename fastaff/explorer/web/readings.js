@@ -80,7 +80,7 @@ export function displacements(theta) {
   return out;
 }
 
-function wrapped(angle) { return angle - 2*Math.PI*Math.floor((angle + Math.PI)/(2*Math.PI)); }
+export function wrapped(angle) { return angle - 2*Math.PI*Math.floor((angle + Math.PI)/(2*Math.PI)); }
 
 function unresolved(rotation, steps) {
   let total = 0;

@@ -54,10 +54,11 @@ export function systemOf(setup, state) {
   const kind = OWN[state.system];
   if (!kind) return setup.systems.find((system) => system.name === state.system);
   if (kind === "map") {
-    const { coordinates, momenta } = rowsOf(state.formula), sections = coordinates.map((name, i) => ({ name: name + "," + momenta[i], constant: null }));
+    const { coordinates, momenta } = rowsOf(state.formula), line = !momenta.length;
+    const sections = coordinates.map((name, i) => ({ name: line ? name : name + "," + momenta[i], constant: null }));
     const periodic = periodicPieces(state.periodic);
     const job = { map: state.formula, ...(periodic.length ? { periodic } : {}) };
-    return { name: state.system, title: "Your map", formula: shownFormula(state.formula), kind, own: true, coordinates, momenta, parameters: [], sections, job };
+    return { name: state.system, title: "Your map", formula: shownFormula(state.formula), kind, line, own: true, coordinates, momenta, parameters: [], sections, job };
   }
   const job = jobOf(kind, state), common = { name: state.system, own: true, parameters: [], job };
   if (kind === "body") return { ...common, title: "Your formula", formula: "V = " + shownFormula(state.formula), kind, coordinates: [], sections: OWN_SECTIONS.body };

@@ -5,6 +5,7 @@ import { clipToInner, drawAxes, drawExtent, fittedContext, innerOf, makeFrame, t
 import { colourOf } from "./orbits.js";
 import { aimDensity, countDensity, densityImage, makeDensity } from "./view_density.js";
 import { outlineOf } from "./outline.js";
+import { drawCobweb } from "./view_cobweb.js";
 import { drawPoints, makePointLayer, pointSize } from "./view_points.js";
 import { makeRaster, rasterPoints } from "./view_raster.js";
 
@@ -145,6 +146,10 @@ export function drawSection(section, { orbits, background, state, theme, colours
   if (surface?.open) drawOpen(ctx, frame, surface.periods, colours.plot);
   else if (surface) fillRegion(ctx, frame, section.region, colours.plot);
   if (withMap) drawMap(ctx, frame, background, surface.periods);
+  if (surface?.graph) {
+    const chosen = orbits.shown.get(orbits.chosen);
+    drawCobweb(ctx, frame, surface, chosen, chosen && colourOf(chosen, theme), colours);
+  }
   if (dense) {
     aimDensity(section.density, orbits, frame.view, Math.round(inner.width * ratio), Math.round(inner.height * ratio), section.revision);
     more = countDensity(section.density);

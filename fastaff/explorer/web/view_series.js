@@ -21,7 +21,7 @@ export function drawSeries(view, { orbit, labels, theme, colours }) {
   }
   if (!(high - low > 1e-12 * Math.max(Math.abs(low), Math.abs(high)))) [low, high] = [low - (Math.abs(low) || 1), high + (Math.abs(high) || 1)];
   frame.view = [0, count + 1, ...widened([0, 1, low, high], 0.06).slice(2)];
-  frame.labels = ["iterate", labels.section[row]];
+  frame.labels = ["iterate", labels.series[row]];
   drawAxes(ctx, frame, colours, 11);
   ctx.save();
   clipToInner(ctx, frame);

@@ -6,6 +6,8 @@ import { EnergySurface, FlowSection } from "./energy_surface.js";
 import { withSteps } from "./equations.js";
 import { landscape } from "./landscape.js";
 import { MapOrbit } from "./map_orbit.js";
+import { bifurcations } from "./bifurcations.js";
+import { LinePlane } from "./line_plane.js";
 import { MapPlane } from "./map_plane.js";
 import { betweenColumns, outlineOf } from "./outline.js";
 import { regionOf } from "./region.js";
@@ -57,7 +59,7 @@ export class Explorer {
 
   on_surface(message) {
     const map = this.mapAt(message.phase ?? 0);
-    if (map) return this.showPlane(new MapPlane(map, this.P, this, message), message);
+    if (map) return this.showPlane(new (map.line ? LinePlane : MapPlane)(map, this.P, this, message), message);
     if (this.system.kind === "equations" && !this.system.canonical) {
       const found = message.tried ? trialSection(this.system, this.P, this, message) : null;
       return this.showPlane(new FlowSection(this.system, this.P, this, { ...message, ...found }), message, found?.others);
@@ -99,7 +101,7 @@ export class Explorer {
     const { labels, axes, section, energy, constant, periods } = surface;
     this.post({
       type: "surface", labels, axes, extent, width, height, allowed, outline, minimum: null, escape: null, section, constant, energy,
-      periods, spans: surface.seenSpans ?? periods, open, trial, asked,
+      periods, spans: surface.seenSpans ?? periods, open, trial, asked, graph: surface.graph?.(extent) ?? null,
     }, [allowed.buffer]);
   }
 
@@ -115,6 +117,11 @@ export class Explorer {
     if (region) this.post({ type: "region", ...region });
   }
 
+  on_bifurcations(message) {
+    const found = bifurcations(this.system, this.P, message);
+    this.post({ type: "bifurcations", key: message.key, ...(found ?? { from: null, to: null, values: [], points: [] }) });
+  }
+
   on_launch({ orbit, point, z0, crossings = 1000 }) { this.launch(orbit, point, z0, crossings); }
 
   launch(id, point, z0, crossings) {
@@ -124,7 +131,7 @@ export class Explorer {
       this.post({ type: "refused", orbit: id, point, message: point ? this.surface.refusal(...point) : "the state is not on the energy surface" });
       return;
     }
-    const at = new Float64Array(2), isMap = this.surface instanceof MapPlane;
+    const at = new Float64Array(2), { isMap } = this.surface;
     this.surface.project(z, at, 0);
     const place = point && !isMap ? point : [at[0], at[1]];
     this.orbits.set(id, new (isMap ? MapOrbit : Orbit)(id, place, z, this.surface, { ...this, crossings }));

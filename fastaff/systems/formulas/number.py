@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
 from ...core.numbers import shown
 from .grammar import CONSTANTS, NUMERIC, parse
 
 
-def number(name: str, text: str) -> float:
-    """Return the finite number of a text: a plain one, or a formula of numbers and pi, in the arithmetic of floats.
-    Raises ValueError that names the argument.
+def number(name: str, text: str, known: Mapping[str, float] = MappingProxyType({})) -> float:
+    """Return the finite number of a text: a plain one, or a formula of numbers, pi and known names, in the arithmetic
+    of floats. Raises ValueError that names the argument.
     """
     try:
         value = float(text)
     except ValueError:
         try:
-            value = parse(text, (), (), argument=name, length=200).run(float, CONSTANTS, NUMERIC, pow)
+            formula = parse(text, (), tuple(known), argument=name, length=200)
+            value = formula.run(float, {**CONSTANTS, **known}, NUMERIC, pow)
         except (ValueError, ArithmeticError) as problem:
             what = str(problem).removeprefix(f"{name}: ").partition(". ")[0]
             hint = " (angles are in radians: 45*pi/180)" if text.rstrip().endswith(("deg", "°", "degrees")) else ""

@@ -55,6 +55,9 @@ def _unknown(argument: str, asked: str, text: str, forms: tuple[str, ...], syste
     return said + (hint or other)
 
 
+PERIOD = "period"
+"""Name of the drive period in the phase of a stroboscopic section, t=period/4."""
+
 SIGNS = {"+": 1, "-": -1, "+-": 0, "-+": 0}
 """Ends of a text that ask for crossings upwards, downwards, or both."""
 
@@ -85,11 +88,12 @@ def section_named(text: str, system: System, direction: int = 1, *, argument: st
     name = form.removesuffix("=c")
     if not constant.strip():
         raise ValueError(f"{argument} {form} needs a number for c, such as {name}=0.2, got {shown(text)}")
-    value = number(f"{argument} {form}: c", constant)
-    if system.planar and name in EQUALS:
+    row = None if system.planar and name in EQUALS else system.row_names.index(name)
+    strobed = system.driven and row == system.moving
+    value = number(f"{argument} {form}: c", constant, {PERIOD: float(system.model.period)} if strobed else {})
+    if row is None:
         return EQUALS[name](value, direction)
-    row = system.row_names.index(name)
-    if system.driven and row == system.moving:
+    if strobed:
         if own not in (None, 1):
             raise ValueError(f"{argument} {form} has one direction, as the time goes on: leave the sign out")
         return Stroboscopic(value)

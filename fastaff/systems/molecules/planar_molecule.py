@@ -8,6 +8,7 @@ axis: the body is its projection. Everything here follows from the energy of the
 from __future__ import annotations
 
 import contextlib
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -133,6 +134,12 @@ class Molecule:
     masses: Array
     positions: Array
     pairs: tuple[tuple[int, int, PairPotential], ...]
+
+    def __repr__(self) -> str:
+        """Return the numbers of atoms and of pairs: the arrays of a ring of 1000 atoms fill pages."""
+        kinds = Counter(type(potential).__name__ for _, _, potential in self.pairs)
+        bonds = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+        return f"<Molecule of {len(self.masses)} atoms, mass {self.masses.sum():.6g}: {bonds}>"
 
     # --- the atoms --------------------------------------------------------------------------------------------------
 
