@@ -18,8 +18,10 @@ LINE = 4096
 
 LONGER = 1.5
 """Ratio of the points of two coordinates from which on the longer one is the outer one."""
-SHIFTS = 32
-"""Lattices between the points of a grid that are compared with it."""
+SHIFTS = (128, 32, 32)
+"""Lattices between the points of a grid that are compared with it, by coordinates."""
+HUGE = 1e100
+"""Largest height of V above the cut that is counted."""
 EDGE = 4
 """Points beyond a grid where residuals are taken: they fall as the square of the distance from waves that end."""
 
@@ -126,23 +128,36 @@ def _errors(
     bent = np.zeros(states.shape)
     for k, (n, step, turns) in enumerate(zip(grid.kept.shape, grid.step, grid.around, strict=True)):
         bent += _along(kinetic(n, step, bool(turns)), states, k)
-    wall = min(grid.wall, cut)
+    shifts = [k * EVENLY[d - 1] ** -np.arange(1.0, d + 1) % 1.0 for k in range(SHIFTS[d - 1])]
+    V = np.array([problem.V(grid.points(problem.wells, shift)) for shift in shifts])
+    V = _saturated(V, cut, cut - problem.bottom)
+    floor = np.where(grid.kept, cut, min(grid.wall, cut))
     means = []
     left = np.zeros(E.shape)
-    for k in range(SHIFTS):
-        shift = k * EVENLY[d - 1] ** -np.arange(1.0, d + 1) % 1.0
+    for shift, there in zip(shifts, V, strict=True):
         moved, curved = states, bent
         for axis, (n, turns) in enumerate(zip(grid.kept.shape, grid.around, strict=True)):
             between = _between(n, shift[axis], bool(turns))
             moved, curved = _along(between, moved, axis), _along(between, curved, axis)
-        V = np.clip(problem.V(grid.points(problem.wells, shift)), problem.bottom, cut)
-        weighted = ((V - problem.bottom) * moved).reshape(E.size, -1)
+        weighted = ((there - problem.bottom) * moved).reshape(E.size, -1)
         means.append(weighted @ moved.reshape(E.size, -1).T)
-        residual = curved + (V - energies) * moved
-        room = np.where(grid.kept, cut, np.maximum(V, wall)) - energies
+        residual = curved + (there - energies) * moved
+        room = np.maximum(there, floor) - energies
         with np.errstate(divide="ignore"):
             left += np.where(room > 0, residual**2 / np.abs(room), np.inf).reshape(E.size, -1).sum(axis=1)
-    return _mixed(E, np.ptp(means, axis=0)), left / SHIFTS
+    missed = np.abs(np.mean(means, axis=0) - means[0]) + np.std(means, axis=0)
+    return _mixed(E, missed), left / len(shifts)
+
+
+def _saturated(V: np.ndarray, cut: float, shortest: float) -> np.ndarray:
+    """Return V (shifts, n1, ...), of which the part above the cut has at most the mean `shortest` in each cell.
+
+    That part changes a level by at most its mean over the state; nor by more than it costs to keep a wave out of the
+    cell, the kinetic energy `shortest` of waves as short as a cell. So bounds stay finite at poles and steep walls.
+    """
+    above = np.clip(V - cut, 0.0, HUGE)
+    mean = above.mean(axis=0)
+    return np.minimum(V, cut) + above * np.minimum(1.0, shortest / np.maximum(mean, shortest))
 
 
 def _edged(grid: LatticeGrid) -> LatticeGrid:

@@ -168,7 +168,7 @@ def _bases(
         if found[-1] > top:  # other wells may hold levels below that
             least = min(float(found[-1]) + ABOVE * (top - problem.bottom), (float(found[-1]) + limit) / 2)
             return problem, search._replace(least=least)
-        bound = SAFE * (missed + 3 * left) + ROUNDING * (np.abs(found) + shortest - problem.bottom)
+        bound = missed + left + ROUNDING * (np.abs(found) + shortest - problem.bottom)
         error = _agreed(found, bound, before) + lost(problem, cover, grid, top, found)
         error[missed > HELD * (shortest - problem.bottom)] = np.inf
         last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
