@@ -104,16 +104,16 @@ def test_levels_below_an_energy_are_those_of_the_spectrum():
 @pytest.mark.slow
 def test_classes_below_an_energy_are_those_of_quadratures():
     """A body that separates, by fitted tori, has the levels of its quadratures in all classes, with both signs."""
-    body, hbar = fa.Body(fa.Harmonic(1.3)), 0.3
-    top = 0.3 * np.sqrt(1.3) * 3.5
+    body, hbar, top = fa.Body(fa.Hyperelastic(1.2)), 0.2, 3.275
     truth = quasiclassical_levels(body, max_energy=top, hbar=hbar)
-    found = body_tori.BodyLevels(body, hbar, "local", None).below(top, None, None, True)
-    known = np.isfinite(found.E)
-    for table, keep in ((truth, np.isfinite(truth.E)), (found, known)):
-        assert (table.E[keep] < top).all()
-    classes = {(m, l) for m, l in zip(truth.m.tolist(), truth.l.tolist(), strict=True)}
-    assert {(m, l) for m, l in zip(found.m.tolist(), found.l.tolist(), strict=True)} <= classes
-    assert np.abs(found.E[known][:, None] - truth.E).min(axis=1).max(initial=0.0) < 1e-6
+    found = body_tori.BodyLevels(body, hbar, "normal", None).below(top, None, None, True)
+    assert found.E.size
+    assert found.converged.all()
+
+    def rows(table):
+        return sorted(zip(table.m.tolist(), table.l.tolist(), np.round(table.E, 6).tolist(), strict=True))
+
+    assert rows(found) == rows(truth)
 
 
 @pytest.mark.slow

@@ -49,10 +49,12 @@ INHERITED = 4.0
 """Most time of a fit that begins at another torus, in units of that of PERIODS: what one longer fit takes."""
 
 SURE = 0.1
-"""Error of the energy of a level that two neighbours in a row predict, in parts of the spacing: some 0.02 were seen."""
+"""Error of the energy of a level that two neighbours in a row predict, in parts of the spacing. A
+margin, not a bound: a larger one costs fits of levels above the limit.
+"""
 
 UNSURE = 0.5
-"""The same if one neighbour alone predicts it: some 0.1 were seen."""
+"""The same if one neighbour alone predicts it: half of the spacing that it has there."""
 
 NEAR_NOTHING = 1e-3
 """Action in units of h in place of 0, where tori have fewer angles: E is corrected to first order in it."""
@@ -230,7 +232,7 @@ def level(
         far = math.inf if turned is None or aims is None else float(np.abs(aims.lifted - turned.J).max())
         if fit.classification is Classification.UNDECIDED:
             misfit = fit.residual + fit.prediction_error
-            serves = turned is not None and COARSE * far >= float(np.abs(turned.J).max()) * misfit
+            serves = turned is not None and aims is not None and COARSE * far >= float(np.abs(turned.J).max()) * misfit
             if not serves and longer and "suggested time" in fit.evidence and not misfit > HALF * coarse:
                 longer -= 1
                 coarse = misfit if turned is not None else math.inf

@@ -18,7 +18,7 @@ LINE = 4096
 
 LONGER = 1.5
 """Ratio of the points of two coordinates from which on the longer one is the outer one."""
-SHIFTS = (128, 32, 32)
+SHIFTS = (64, 32, 32)
 """Lattices between the points of a grid that are compared with it, by coordinates."""
 HUGE = 1e100
 """Largest height of V above the cut that is counted."""
@@ -201,8 +201,9 @@ def _hamiltonian(T: list[np.ndarray], grid: LatticeGrid, cut: float) -> tuple[np
 
 def _between(n: int, shift: float, around: bool) -> np.ndarray:
     """Return the waves of n points, periodic if `around` (then n is odd), at points moved by a part of a step."""
-    apart = np.subtract.outer(np.arange(n) + shift, np.arange(n))
-    return np.sinc(apart) / np.sinc(apart / n) if around and shift else np.sinc(apart)
+    apart = np.arange(n - 1, -n, -1) + shift
+    wave = np.sinc(apart) / np.sinc(apart / n) if around and shift else np.sinc(apart)
+    return np.lib.stride_tricks.sliding_window_view(wave, n)[::-1]
 
 
 def kinetic(n: int, step: float, around: bool) -> np.ndarray:
