@@ -20,6 +20,8 @@ LONGER = 1.5
 """Ratio of the points of two coordinates from which on the longer one is the outer one."""
 SHIFTS = (64, 32, 32)
 """Lattices between the points of a grid that are compared with it, by coordinates."""
+OTHERS = (16, 4, 4)
+"""States above those asked for, by coordinates, whose mixing counts with their own energies, not with the cut."""
 HUGE = 1e100
 """Largest height of V above the cut that is counted."""
 EDGE = 4
@@ -107,44 +109,45 @@ def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -
     H, basis = _hamiltonian(T, grid, cut)
     if len(H) < count:
         raise BasisTooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
-    E, C = lowest_states(H, count)
-    states = (basis @ C).T.reshape(count, *grid.V.shape)
-    missed, left = _errors(_edged(grid), problem, cut, E, _with_edge(states, grid.around))
-    flat = states.reshape(count, -1)
+    E, C = lowest_states(H, min(count + OTHERS[grid.step.size - 1], len(H)))
+    states = (basis @ C).T.reshape(E.size, *grid.V.shape)
+    missed, left = _errors(_edged(grid), problem, cut, E, _with_edge(states, grid.around), count)
+    E = E[:count]
+    flat = states[:count].reshape(count, -1)
     kept = np.flatnonzero(grid.kept)
     signs = np.sign(flat[np.arange(count), np.abs(flat).argmax(axis=1)])
     return LatticeLevels(E, missed, left, len(H), signs[:, None] * flat[:, kept], kept)
 
 
 def _errors(
-    grid: LatticeGrid, problem: LatticeProblem, cut: float, E: np.ndarray, states: np.ndarray
+    grid: LatticeGrid, problem: LatticeProblem, cut: float, E: np.ndarray, states: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return errors (levels,) of states (levels, n1, ...) by the points and by the functions left out, see `lowest`.
 
     Functions left out have energies above the cut, or, at points left out, above V and the wall.
     """
     d = grid.step.size
-    energies = E.reshape(-1, *[1] * d)
-    bent = np.zeros(states.shape)
+    energies = E[:count].reshape(-1, *[1] * d)
+    bent = np.zeros((count, *states.shape[1:]))
     for k, (n, step, turns) in enumerate(zip(grid.kept.shape, grid.step, grid.around, strict=True)):
-        bent += _along(kinetic(n, step, bool(turns)), states, k)
+        bent += _along(kinetic(n, step, bool(turns)), states[:count], k)
     shifts = [k * EVENLY[d - 1] ** -np.arange(1.0, d + 1) % 1.0 for k in range(SHIFTS[d - 1])]
     V = np.array([problem.V(grid.points(problem.wells, shift)) for shift in shifts])
     V = _saturated(V, cut, cut - problem.bottom)
     floor = np.where(grid.kept, cut, min(grid.wall, cut))
     means = []
-    left = np.zeros(E.shape)
+    left = np.zeros(count)
     for shift, there in zip(shifts, V, strict=True):
         moved, curved = states, bent
         for axis, (n, turns) in enumerate(zip(grid.kept.shape, grid.around, strict=True)):
             between = _between(n, shift[axis], bool(turns))
             moved, curved = _along(between, moved, axis), _along(between, curved, axis)
-        weighted = ((there - problem.bottom) * moved).reshape(E.size, -1)
+        weighted = ((there - problem.bottom) * moved[:count]).reshape(count, -1)
         means.append(weighted @ moved.reshape(E.size, -1).T)
-        residual = curved + (there - energies) * moved
+        residual = curved + (there - energies) * moved[:count]
         room = np.maximum(there, floor) - energies
         with np.errstate(divide="ignore"):
-            left += np.where(room > 0, residual**2 / np.abs(room), np.inf).reshape(E.size, -1).sum(axis=1)
+            left += np.where(room > 0, residual**2 / np.abs(room), np.inf).reshape(count, -1).sum(axis=1)
     missed = np.abs(np.mean(means, axis=0) - means[0]) + np.std(means, axis=0)
     return _mixed(E, missed), left / len(shifts)
 
@@ -173,13 +176,13 @@ def _with_edge(states: np.ndarray, around: np.ndarray) -> np.ndarray:
 
 
 def _mixed(E: np.ndarray, W: np.ndarray) -> np.ndarray:
-    """Return bounds (levels,) of the changes of levels E by a perturbation with elements up to W (levels, levels): of
-    first order, and of second order or, where levels are closer than W, of first order.
+    """Return bounds (levels,) of the changes of the first of levels E by a perturbation with elements up to W (levels,
+    all levels): of first order, and of second order or, where levels are closer than W, of first order.
     """
-    apart = np.abs(np.subtract.outer(E, E))
+    apart = np.abs(np.subtract.outer(E[: len(W)], E))
     own = np.diagonal(W)
-    others = W - np.diag(own)
-    return own + (others**2 / np.maximum(apart + others, 1e-300)).sum(axis=1)
+    others = W * ~np.eye(*W.shape, dtype=bool)
+    return np.asarray(own + (others**2 / np.maximum(apart + others, 1e-300)).sum(axis=1))
 
 
 def _along(A: np.ndarray, states: np.ndarray, axis: int) -> np.ndarray:
