@@ -99,9 +99,10 @@ def lowest(grid: LatticeGrid, problem: LatticeProblem, cut: float, count: int) -
     """Return the lowest levels of a grid, with both parts of their errors.
 
     If the points resolve V and the states, the means of V over products of states are the same for points between them;
-    if V is narrower than the step, or singular, they are not: `missed`. Functions left out, those of shorter waves and
-    of points above the wall, have energies above the cut. Their effect is at most that of the residual (H - E) psi in
-    second order: `left`. The residual is taken of the wave between the points too, where it is 0 at none.
+    if V is narrower than the step, or singular, they are not: `missed`, their deviation, with states above those asked
+    for too. Functions left out, those of shorter waves and of points above the wall, have energies above the cut. Their
+    effect is at most that of the residual (H - E) psi in second order, over that gap: `left`. The residual is taken of
+    the wave between the points too, where it is 0 at none. V is the whole one, see `_saturated`.
     """
     if (points := max(grid.V.shape)) > LINE:
         raise BasisTooLarge(f"{points} points of one coordinate, more than {LINE}. Try a larger hbar or fewer levels.")

@@ -53,11 +53,6 @@ DECAY = 40.0
 ROUNDING = 64 * np.finfo(float).eps
 """Rounding of levels in units of the range of energies."""
 
-SAFE = 3.0
-"""The error of a level in units of its part by points and the effect of the residual: 2.9 was seen of a sum with three
-times that effect, at a barrier narrower and higher than the waves.
-"""
-
 APART = 30.0
 """The error of a level in units of its last change, where two bases do not agree within their errors: 26 was the worst
 seen where errors fall as a power of the size.
