@@ -104,7 +104,7 @@ def test_levels_below_an_energy_are_those_of_the_spectrum():
 @pytest.mark.slow
 def test_classes_below_an_energy_are_those_of_quadratures():
     """A body that separates, by fitted tori, has the levels of its quadratures in all classes, with both signs."""
-    body, hbar, top = fa.Body(fa.Hyperelastic(1.2)), 0.2, 3.275
+    body, hbar, top = fa.Body(fa.Hyperelastic(1.2)), 0.2, 2.96
     truth = quasiclassical_levels(body, max_energy=top, hbar=hbar)
     found = body_tori.BodyLevels(body, hbar, "normal", None).below(top, None, None, True)
     assert found.E.size

@@ -228,7 +228,7 @@ class BodyLevels:
         self.indices = None if maslov is None else np.array(maslov)
         self.known: dict[tuple[int, int], Oscillation] = {}
         self.found: list[tuple[Level, int, int]] = []
-        self.names = ("mode 1", "mode 2") if way == "normal" else ("alpha", "beta")
+        self.names: tuple[str, ...] = ("mode 1", "mode 2") if way == "normal" else ("alpha", "beta")
         self.of = f"{way} modes"
 
     def reduced(self, a: int, b: int) -> ReducedBody:

@@ -182,7 +182,7 @@ def _mixed(E: np.ndarray, W: np.ndarray) -> np.ndarray:
     """
     apart = np.abs(np.subtract.outer(E[: len(W)], E))
     own = np.diagonal(W)
-    others = W * ~np.eye(*W.shape, dtype=bool)
+    others = np.where(np.eye(*W.shape) > 0, 0.0, W)
     return np.asarray(own + (others**2 / np.maximum(apart + others, 1e-300)).sum(axis=1))
 
 
