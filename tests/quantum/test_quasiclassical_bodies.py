@@ -5,7 +5,7 @@ import pytest
 
 import fastaff as fa
 from fastaff import Status
-from fastaff.quantum import BOHR_SOMMERFELD, quasiclassical_levels, spectrum
+from fastaff.quantum import quasiclassical_levels, spectrum
 from fastaff.quantum.exact import body_tori
 
 RNG = np.random.default_rng(52)
@@ -31,7 +31,7 @@ def test_tori_of_a_body_that_separates_have_the_levels_of_its_quadratures(n, m, 
     """EQ2.2h: the mode of vartheta is the faster one."""
     body, hbar = fa.Body(fa.Hyperelastic(RNG.uniform(0.8, 1.6)), RNG.uniform(0.6, 1.5)), RNG.uniform(0.03, 0.06)
     truth = quasiclassical_levels(body, n=n, m=m, l=l, hbar=hbar)
-    found = body_tori.body_levels(body, n[::-1], m, l, None, hbar, True, "normal")
+    found = body_tori.BodyLevels(body, hbar, "normal", None).numbered(n[::-1], m, l, None, True)
     assert found.converged.all()
     assert abs(found.E[0] - truth.E[0]) <= found.error[0] + 1e-14 * truth.E[0]
     assert found.error[0] < 1e-5 * truth.spacing.min()
@@ -89,6 +89,45 @@ def test_lines_that_pass_the_centre_of_a_plane_have_twice_the_quantum():
     np.testing.assert_allclose(modes.omega * body_tori.cycles(modes), 2 * np.sqrt(1.3), rtol=1e-6)
 
 
+@pytest.mark.slow
+def test_levels_below_an_energy_are_those_of_the_spectrum():
+    """Every exact level of the class has one EBK level beside it, nearer than hbar^2 of the spacing allows others."""
+    body = fa.Body(fa.NeoHookean())
+    exact = spectrum(body, m=6, l=-2, count=6, hbar=0.05).E
+    found = quasiclassical_levels(body, max_energy=float(exact[4:6].mean()), m=6, l=-2, hbar=0.05)
+    assert found.converged.all()
+    np.testing.assert_allclose(found.E, exact[:5], atol=0.05 * np.diff(exact).min())
+    one = quasiclassical_levels(body, n=found.n[:, 2], m=6, l=-2, hbar=0.05)
+    assert abs(one.E[0] - found.E[2]) <= one.error[0] + found.error[2]
+
+
+@pytest.mark.slow
+def test_classes_below_an_energy_are_those_of_quadratures():
+    """All classes are met, with both signs. A harmonic body has no tori of two angles, and no level is claimed."""
+    body, hbar = fa.Body(fa.Harmonic(1.3)), 0.3
+    top = 0.3 * np.sqrt(1.3) * 3.5
+    truth = quasiclassical_levels(body, max_energy=top, hbar=hbar)
+    found = body_tori.BodyLevels(body, hbar, "local", None).below(top, None, None, True)
+
+    def rows(table):
+        return sorted(zip(table.m.tolist(), table.l.tolist(), table.n.T.tolist(), strict=True))
+
+    assert len(rows(truth)) == 5
+    assert rows(found) == rows(truth)
+    assert np.isnan(found.E).all()
+    assert not found.converged.any()
+
+
+@pytest.mark.slow
+def test_other_maslov_indices_move_the_actions():
+    """Indices (2, 6) of n = (0, 0) are those (2, 2) of n = (0, 1), and (0, 0) of n = (0, 0) is the equilibrium."""
+    body = fa.Body(fa.NeoHookean())
+    moved = quasiclassical_levels(body, n=(0, 0), m=6, l=-2, hbar=0.05, maslov=(2, 6))
+    truth = quasiclassical_levels(body, n=(0, 1), m=6, l=-2, hbar=0.05)
+    assert moved.converged.all()
+    assert abs(moved.E[0] - truth.E[0]) <= moved.error[0] + truth.error[0]
+
+
 def test_levels_without_a_torus_are_not_converged(monkeypatch):
     fit = fa.fit_torus(fa.HenonHeiles(), [0.1, 0.1, 0.0, 0.0], time=20.0)  # of other angles than those of a body
     monkeypatch.setattr("fastaff.quantum.exact.mode_tori.fit_torus", lambda *given, **named: fit)
@@ -102,10 +141,14 @@ def test_wrong_calls_say_the_right_one():
     body = fa.Body(fa.NeoHookean())
     inside = [1.5, 0.0, 0.3, 0.0, 0.0, 0.3, 0.2, 0.1]
     for wrong, message in (
-        ({"n": (0, 0)}, "n, m and l must be given, without max_energy, for a body that does not separate"),
-        ({"max_energy": 1.0}, "n, m and l must be given, without max_energy, for a body that does not separate"),
+        ({"n": (0, 0)}, "give n, m and l, or max_energy with or without m and l, got n = "),
+        ({"max_energy": 1.0, "m": 2}, "give n, m and l, or max_energy with or without m and l, got n = "),
+        ({"max_energy": 1.0, "n": (0, 0), "m": 1, "l": 1}, "give n, m and l, or max_energy with or without m and l"),
+        ({"max_energy": 1.0, "guess": inside}, "guess must be given without max_energy"),
+        ({"max_energy": np.nan}, "max_energy must be finite"),
+        ({"n": (0, -1), "m": 0, "l": 0}, "n must"),
         ({"n": (0, 0), "m": 1, "l": 0}, r"m \+ l must be even"),
-        ({"n": (0, 0), "m": 0, "l": 0, "maslov": BOHR_SOMMERFELD}, "maslov must be EBK"),
+        ({"n": (0, 0), "m": 0, "l": 0, "maslov": (2, 2, 2)}, "maslov must be two indices"),
         ({"n": (0, 0), "m": 0, "l": 0, "guess": np.array([inside, inside]).T}, "guess must be one phase point or 1"),
         ({"n": (0, 0), "m": 0, "l": 0, "guess": [1.0, *[0.0] * 7]}, "guess must have alpha and beta above 0"),
         ({"n": (0, 0), "m": 0, "l": 0, "guess": inside, "modes": "local"}, "guess must be given without modes"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,9 +20,9 @@ from ...tori.torus import TorusFit
 from ..states.level_table import TORI, LevelTable
 from ..states.modes import NormalModes, modes_of
 from ..states.symmetry import action_quantum, checked_numbers
-from .mode_tori import Level, Oscillation, level, turned_to, vibration
+from .mode_tori import Level, Oscillation, energy_at, level, levels_below, nearby_level, turned_to, vibration
 
-GRID = 64
+GRID = 32
 """Points of each angle of a torus where the lines of its modes are sought: they are of low order."""
 
 LIBRATIONS = 2, 2
@@ -99,6 +101,10 @@ class TurningBody(NamedTuple):
             return None
         return np.full(2, h), np.array(LIBRATIONS)
 
+    def harmonic(self, h: float) -> tuple[float, np.ndarray]:
+        """Return the energy of the equilibrium and h nu."""
+        return energy_at(self.reduced, self.modes), h / (2 * np.pi) * self.modes.omega
+
     def fixed(self) -> np.ndarray:
         """Return the actions of the angles of the planes."""
         return 2 * np.pi * np.array(list(self.turning.values()))
@@ -161,6 +167,10 @@ class PlaneMotion(NamedTuple):
             unit[turned[0]] = 2 * h
         return unit, fit.maslov
 
+    def harmonic(self, h: float) -> tuple[float, np.ndarray]:
+        """Return the energy of the equilibrium, and h nu of the cycles of the radii."""
+        return energy_at(self.model, self.modes), h / (2 * np.pi) * cycles(self.modes) * self.modes.omega
+
     def fixed(self) -> np.ndarray:
         """Return none: the angular momenta are part of the model."""
         return np.zeros(0)
@@ -205,50 +215,124 @@ def motion_of(model: Any, way: str) -> Oscillation:
     return vibration(model, way)
 
 
-def body_levels(model: Body, n: Any, m: Any, l: Any, guess: Any, hbar: Any, single_valued: Any, way: str) -> LevelTable:
-    """Return quasiclassical levels of a body that does not separate, see `quasiclassical_levels`."""
-    quantum = action_quantum(hbar, model.mu)
-    if guess is not None and way != "normal":
-        raise ValueError("guess must be given without modes: a torus near a point has its own angles")
-    numbers, spins, vorticities = checked_numbers(n, m, l, single_valued)
-    count = spins.size
-    points: list[Any] = [None] if guess is None else list(phase_points("guess", guess, current_system(model)).T)
-    if len(points) not in (1, count):
-        raise ValueError(f"guess must be one phase point or {count}, as n has levels, got {len(points)}")
-    h = 2 * np.pi * quantum
-    known: dict[tuple[int, int], Oscillation] = {}
-    found: list[Level] = []
+class BodyLevels:
+    """Levels of a body that does not separate at given angular momenta; maslov: indices of both modes, None for those
+    of librations.
+    """
 
-    def table() -> LevelTable:
-        done = len(found)
-        own = next((one.names for one in found if one.names), ("theta 1", "theta 2"))
-        of_modes = ("mode 1", "mode 2") if way == "normal" else ("alpha", "beta")
+    def __init__(self, model: Body, hbar: Any, way: str, maslov: tuple[int, ...] | None) -> None:
+        self.model = model
+        self.way = way
+        self.quantum = action_quantum(hbar, model.mu)
+        self.h = 2 * np.pi * self.quantum
+        self.indices = None if maslov is None else np.array(maslov)
+        self.known: dict[tuple[int, int], Oscillation] = {}
+        self.found: list[tuple[Level, int, int]] = []
+        self.names: tuple[str, ...] = ("mode 1", "mode 2") if way == "normal" else ("alpha", "beta")
+        self.of = f"{way} modes"
+
+    def reduced(self, a: int, b: int) -> ReducedBody:
+        """Return the body at m - l = a and m + l = b."""
+        return ReducedBody(self.model.potential, self.model.mu, self.quantum * a / 2, self.quantum * b / 2)
+
+    def motion(self, a: int, b: int) -> Oscillation:
+        """Return the motion at m - l = a and m + l = b, which depends on their sizes alone."""
+        if (abs(a), abs(b)) not in self.known:
+            self.known[abs(a), abs(b)] = oscillation(self.reduced(abs(a), abs(b)), self.way)
+        return self.known[abs(a), abs(b)]
+
+    def numbered(self, n: Any, m: Any, l: Any, guess: Any, single_valued: bool) -> LevelTable:
+        """Return the levels of quantum numbers, see `quasiclassical_levels`."""
+        numbers, spins, vorticities = checked_numbers(n, m, l, single_valued)
+        count = spins.size
+        points: list[Any] = [None]
+        if guess is not None:
+            if self.way != "normal":
+                raise ValueError("guess must be given without modes: a torus near a point has its own angles")
+            points = list(phase_points("guess", guess, current_system(self.model)).T)
+            if len(points) not in (1, count):
+                raise ValueError(f"guess must be one phase point or {count}, as n has levels, got {len(points)}")
+        near: dict[tuple[int, int], Level] = {}
+        with partial_result_on_interrupt("quasiclassical_levels", self.table):
+            for each, point in zip(range(count), points * (count // len(points)), strict=True):
+                tell("quasiclassical_levels", each / count, f"level {each + 1} of {count}")
+                m, l = int(spins[each]), int(vorticities[each])
+                sides = abs(m - l), abs(m + l)
+                motion = self.motion(m - l, m + l)
+                if point is None:
+                    before = near.get(sides)
+                    one = nearby_level(motion, numbers[:, each], self.h, before, self.indices)
+                    near[sides] = before if before is not None and np.isnan(one.E) else one
+                else:
+                    signed = oscillation(self.reduced(m - l, m + l), self.way)
+                    z = signed.near(_reduced_point(self.reduced(m - l, m + l), point))
+                    one = level(signed, numbers[:, each], self.h, z, None, self.indices)
+                self.found.append((one, m, l))
+            if guess is not None:
+                self.names = next((one.names for one, _, _ in self.found if one.names), ("theta 1", "theta 2"))
+                self.of = "the torus near a point"
+            return self.table()
+
+    def below(self, top: float, m: Any, l: Any, single_valued: bool) -> LevelTable:
+        """Return all levels below an energy, of one class m, l or of all, and those without a torus."""
+        with partial_result_on_interrupt("quasiclassical_levels", self.table):
+            if m is not None:
+                _, spins, vorticities = checked_numbers((0, 0), m, l, single_valued)
+                for spin, vorticity in zip(spins.tolist(), vorticities.tolist(), strict=True):
+                    self._class(spin, vorticity, top)
+            else:
+                for eta, gamma in self._classes(top, 2 if single_valued else 1):
+                    first = self.found[:]
+                    of_class = [one for one, spin, vorticity in first if (spin, vorticity) == _spins(eta, gamma)]
+                    others = {(s * eta, t * gamma) for s in (-1, 1) for t in (-1, 1)} - {(eta, gamma)}
+                    self.found += [(one, *_spins(*signed)) for signed in sorted(others) for one in of_class]
+            lost = [row for row in self.found if np.isnan(row[0].E)]
+            self.found = sorted((row for row in self.found if not np.isnan(row[0].E)), key=lambda row: row[0].E) + lost
+            return self.table()
+
+    def _classes(self, top: float, step: int) -> Iterator[tuple[int, int]]:
+        """Search classes |m - l|, |m + l| of one parity in turn; yield those with levels."""
+        for parity in range(0, 2, step):
+            for eta in count(parity, 2):
+                any_level = False
+                for gamma in count(parity, 2):
+                    if not self._class(*_spins(eta, gamma), top):
+                        break
+                    any_level = True
+                    yield eta, gamma
+                if not any_level:
+                    break
+
+    def _class(self, m: int, l: int, top: float) -> int:
+        """Add the levels of one class below an energy; return their number."""
+        found = levels_below(self.motion(m - l, m + l), top, self.h, self.indices, f"m = {m}, l = {l}: ")
+        self.found += [(one, m, l) for one in found]
+        return len(found)
+
+    def table(self) -> LevelTable:
+        """Return the levels so far."""
+        done = len(self.found)
+        levels = [one for one, _, _ in self.found]
+        rule = "" if self.indices is None else f", Maslov indices {tuple(self.indices.tolist())}"
         return LevelTable(
-            E=np.array([one.E for one in found]),
-            error=np.array([one.error for one in found]),
-            status=np.array([int(one.status) for one in found], np.int64),
-            n=numbers[:, :done],
-            names=of_modes if guess is None else own,
-            m=spins[:done],
-            l=vorticities[:done],
+            E=np.array([one.E for one in levels]),
+            error=np.array([one.error for one in levels]),
+            status=np.array([int(one.status) for one in levels], np.int64),
+            n=np.array([one.n for one in levels], np.int64).reshape(done, 2).T,
+            names=self.names,
+            m=np.array([m for _, m, _ in self.found], np.int64),
+            l=np.array([l for _, _, l in self.found], np.int64),
             constants=np.zeros((0, done)),
             constant_names=(),
-            hbar=quantum,
-            method=f"{TORI}, of {f'{way} modes' if guess is None else 'the torus near a point'}",
-            spacing=np.array([one.spacing for one in found]).reshape(done, 2).T,
+            hbar=self.quantum,
+            method=f"{TORI}, of {self.of}{rule}",
+            spacing=np.array([one.spacing for one in levels]).reshape(done, 2).T,
         )
 
-    with partial_result_on_interrupt("quasiclassical_levels", table):
-        for each, point in zip(range(count), points * (count // len(points)), strict=True):
-            tell("quasiclassical_levels", each / count, f"level {each + 1} of {count}")
-            a = int(spins[each]) - int(vorticities[each])
-            b = int(spins[each]) + int(vorticities[each])
-            reduced = ReducedBody(model.potential, model.mu, quantum * a / 2, quantum * b / 2)
-            if (a, b) not in known:
-                known[a, b] = oscillation(reduced, way)
-            z = None if point is None else known[a, b].near(_reduced_point(reduced, point))
-            found.append(level(known[a, b], numbers[:, each], h, z))
-        return table()
+
+def _spins(eta: int, gamma: int) -> tuple[int, int]:
+    """Return m and l of m - l = eta, m + l = gamma."""
+    return (gamma + eta) // 2, (gamma - eta) // 2
 
 
 def _reduced_point(reduced: ReducedBody, point: np.ndarray) -> np.ndarray:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import heapq
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
@@ -34,6 +36,28 @@ CLOSE = 1e-5
 """Distance of an action from its quanta, in units of h, where the steps end: E is corrected to first order in the
 remaining distance, so that its error is of second order.
 """
+
+REMAINDER = 1e-8
+"""Error of second order of E, in units of the spacing of levels, where the steps end too."""
+
+COARSE = 0.1
+"""Error of the actions of an undecided fit, in parts of their distance from the quanta, at which it still serves for
+the next step.
+"""
+
+INHERITED = 4.0
+"""Most time of a fit that begins at another torus, in units of that of PERIODS: what one longer fit takes."""
+
+SURE = 0.1
+"""Error of the energy of a level that two neighbours in a row predict, in parts of the spacing. A
+margin, not a bound: a larger one costs fits of levels above the limit.
+"""
+
+UNSURE = 0.5
+"""The same if one neighbour alone predicts it: half of the spacing that it has there."""
+
+NEAR_NOTHING = 1e-3
+"""Action in units of h in place of 0, where tori have fewer angles: E is corrected to first order in it."""
 
 
 def is_vibration(model: Any) -> bool:
@@ -71,6 +95,15 @@ class Level(NamedTuple):
     spacing: np.ndarray
     status: Status
     names: tuple[str, ...]
+    torus: NearTorus | None = None
+
+
+class NearTorus(NamedTuple):
+    """A torus from which Newton's steps to its neighbours begin: its fit, the phase point and the time of the fit."""
+
+    fit: TorusFit
+    z: np.ndarray
+    time: float
 
 
 class Oscillation(Protocol):
@@ -102,6 +135,9 @@ class Oscillation(Protocol):
 
     def quanta(self, fit: TorusFit, h: float) -> tuple[np.ndarray, np.ndarray] | None:
         """Return h and the Maslov indices (modes,) of the quanta h (n + maslov/4) of actions, None if unknown."""
+
+    def harmonic(self, h: float) -> tuple[float, np.ndarray]:
+        """Return the energy of the equilibrium, and of one more quantum (modes,) of small oscillations about it."""
 
     def fixed(self) -> np.ndarray:
         """Return the actions that follow those of the modes and have given values."""
@@ -138,9 +174,18 @@ class Vibration(NamedTuple):
         """Return h and the Maslov indices of the torus."""
         return np.full(fit.dimension, h), fit.maslov
 
+    def harmonic(self, h: float) -> tuple[float, np.ndarray]:
+        """Return the energy of the minimum and h nu."""
+        return energy_at(self.model, self.modes), h / (2 * np.pi) * self.modes.omega
+
     def fixed(self) -> np.ndarray:
         """Return none."""
         return np.zeros(0)
+
+
+def energy_at(model: Any, modes: NormalModes) -> float:
+    """Return the energy of the equilibrium of modes of a model."""
+    return float(current_system(model).energies(modes.equilibrium[:, None])[0])
 
 
 def turned_to(fit: TorusFit, K: np.ndarray) -> TorusFit | None:
@@ -148,54 +193,115 @@ def turned_to(fit: TorusFit, K: np.ndarray) -> TorusFit | None:
     return fit.in_basis(K) if K.shape == (fit.dimension,) * 2 and abs(determinant(K)) == 1 else None
 
 
-def level(what: Oscillation, n: np.ndarray | None, h: float, guess: np.ndarray | None) -> Level:
+def level(
+    what: Oscillation,
+    n: np.ndarray | None,
+    h: float,
+    guess: np.ndarray | None,
+    near: NearTorus | None = None,
+    indices: np.ndarray | None = None,
+) -> Level:
     """Return the level with quantum numbers n (modes,) of these modes, or in the basis of the torus near a phase point
     (2d,), by default the next ones there: Newton's method on the actions, whose gradient is S dz/dtheta.
+
+    near: a torus of these modes to begin with; indices (modes,): Maslov indices in place of those of the torus.
     """
     omega = what.modes.omega
-    z: Any = what.start(n, h) if n is not None and guess is None else guess
-    size = what.size(h)[:, None]
     time = PERIODS * 2 * np.pi / float(omega.min())
+    if near is not None:
+        time = min(near.time, INHERITED * time)
     longer = LONGER
-    before = None
     none = np.full(omega.size, np.nan)
     failed = Level(np.zeros(none.size, np.int64) if n is None else n, np.nan, np.inf, none, Status.NOT_CONVERGED, ())
-    for _ in range(STEPS):
+    before: tuple[np.ndarray, float] | None = None
+    z: Any = guess
+    if n is not None and guess is None:
+        z = what.start(n if indices is None else np.maximum(n + indices / 4, NEAR_NOTHING) - 0.5, h)
+    if near is not None and n is not None and (aims := _aims(what, near.fit, n, h, indices)) is not None:
+        away = aims.lifted - near.fit.J
+        before = near.fit.nu, float(np.abs(away).max())
+        z = _stepped(what, near.fit, near.z, away, h)
+    steps = 0
+    coarse = math.inf
+    while steps < STEPS:
         fit = fit_torus(what.model, z, time=time)
-        while fit.classification is Classification.UNDECIDED and "suggested time" in fit.evidence and longer:
-            longest = fit_torus(what.model, z, time=float(fit.evidence["suggested time"]))
-            longer -= 1
-            if (
-                _usable(fit, what.whole)
-                and longest.classification is Classification.UNDECIDED
-                and longest.residual > HALF * fit.residual
-            ):
-                longer = 0
-                break
-            time = float(fit.evidence["suggested time"])
-            fit = longest
-        if not _usable(fit, what.whole):
+        turned = (what.in_modes(fit) if guess is None else fit) if _usable(fit, what.whole) else None
+        if turned is not None and n is None:
+            n = _nearest(what, turned, h)
+        aims = None if turned is None or n is None else _aims(what, turned, n, h, indices)
+        far = math.inf if turned is None or aims is None else float(np.abs(aims.lifted - turned.J).max())
+        if fit.classification is Classification.UNDECIDED:
+            misfit = fit.residual + fit.prediction_error
+            serves = turned is not None and aims is not None and COARSE * far >= float(np.abs(turned.J).max()) * misfit
+            if not serves and longer and "suggested time" in fit.evidence and not misfit > HALF * coarse:
+                longer -= 1
+                coarse = misfit if turned is not None else math.inf
+                time = float(fit.evidence["suggested time"])
+                continue
+        if turned is None or aims is None or n is None:
             return failed
-        turned = what.in_modes(fit) if guess is None else fit
-        quanta = None if turned is None else what.quanta(turned, h)
-        if turned is None or quanta is None:
-            return failed
-        fit = turned
-        unit, maslov = quanta
-        n = np.maximum(np.rint(fit.J[: omega.size] / unit - maslov / 4), 0) if n is None else n
-        away = np.concatenate([unit * (n + maslov / 4), what.fixed()]) - fit.J
-        far = float(np.abs(away).max())
-        if far <= CLOSE * h:
-            E = fit.energy + float(fit.nu @ away)
-            error = _error(fit, away, before)
+        away = aims.exact - turned.J
+        error = _error(turned, away, before)
+        spacing = aims.unit * turned.nu[: omega.size]
+        small = error - _of_actions(turned) <= REMAINDER * float(np.abs(spacing).min())
+        if far <= CLOSE * h or small:
+            E = turned.energy + float(turned.nu @ away)
             status = Status.OK if fit.classification is what.whole else Status.NOT_CONVERGED
-            return Level(n, E, error, unit * fit.nu[: omega.size], status, fit.names[: omega.size])
-        if before is not None and not far < before[1]:
+            return Level(n, E, error, spacing, status, turned.names[: omega.size], NearTorus(turned, z, time))
+        if steps and before is not None and not far < before[1]:
             return failed
-        before = fit.nu, far
-        gradient = (swapped(tangents(fit, fit.theta0[:, None])[..., 0]) * -size).T
-        z = z + size[:, 0] * np.linalg.lstsq(gradient, away, rcond=None)[0]
+        before = turned.nu, far
+        z = _stepped(what, turned, z, aims.lifted - turned.J, h)
+        steps += 1
     return failed
+
+
+def nearby_level(
+    what: Oscillation, n: np.ndarray, h: float, beside: Level | None, indices: np.ndarray | None = None
+) -> Level:
+    """Return a level by steps from the torus of another one, if this finds none, from small oscillations."""
+    if beside is not None and beside.torus is not None:
+        found = level(what, n, h, None, beside.torus, indices)
+        if not math.isnan(found.E):
+            return found
+    return level(what, n, h, None, None, indices)
+
+
+class _Aims(NamedTuple):
+    """Actions of a torus that belong to quanta: h of the modes (modes,), all actions (d,), and the same with actions of
+    0 lifted, where tori have fewer angles.
+    """
+
+    unit: np.ndarray
+    exact: np.ndarray
+    lifted: np.ndarray
+
+
+def _aims(what: Oscillation, fit: TorusFit, n: np.ndarray, h: float, indices: np.ndarray | None) -> _Aims | None:
+    """Return the actions of quanta on tori near a fit, None if the torus has no rule."""
+    found = what.quanta(fit, h)
+    if found is None:
+        return None
+    unit = found[0]
+    J = unit * (n + (found[1] if indices is None else indices) / 4)
+    exact, lifted = (np.concatenate([row, what.fixed()]) for row in (J, np.maximum(J, NEAR_NOTHING * unit)))
+    return _Aims(unit, exact, lifted)
+
+
+def _nearest(what: Oscillation, fit: TorusFit, h: float) -> np.ndarray | None:
+    """Return the quantum numbers next to the actions of a torus, None if the torus has no rule."""
+    found = what.quanta(fit, h)
+    if found is None:
+        return None
+    unit, maslov = found
+    return np.asarray(np.maximum(np.rint(fit.J[: unit.size] / unit - maslov / 4), 0))
+
+
+def _stepped(what: Oscillation, fit: TorusFit, z: np.ndarray, away: np.ndarray, h: float) -> np.ndarray:
+    """Return a phase point whose actions differ to first order by `away` from those of z on a torus."""
+    size = what.size(h)
+    gradient = (swapped(tangents(fit, fit.theta0[:, None])[..., 0]) * -size[:, None]).T
+    return np.asarray(z + size * np.linalg.lstsq(gradient, away, rcond=None)[0])
 
 
 def _usable(fit: TorusFit, whole: Classification) -> bool:
@@ -211,8 +317,12 @@ def _usable(fit: TorusFit, whole: Classification) -> bool:
 def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | None) -> float:
     """Return the error of E: that of the actions, the remainder of Newton's last step, and rounding."""
     change = fit.nu if before is None else (fit.nu - before[0]) * min(1.0, np.abs(away).max() / before[1])
-    of_actions = np.abs(fit.nu) @ np.abs(fit.J) * (fit.residual + fit.prediction_error)
-    return float(of_actions + np.abs(change) @ np.abs(away) + 64 * np.finfo(float).eps * abs(fit.energy))
+    return float(_of_actions(fit) + np.abs(change) @ np.abs(away) + 64 * np.finfo(float).eps * abs(fit.energy))
+
+
+def _of_actions(fit: TorusFit) -> float:
+    """Return the error of E by that of the actions."""
+    return float(np.abs(fit.nu) @ np.abs(fit.J) * (fit.residual + fit.prediction_error))
 
 
 def vibration(model: Any, way: str) -> Oscillation:
@@ -248,30 +358,57 @@ def mode_levels(
     table = functools.partial(_table, found, size, way, guess is not None, model, quantum)
     with partial_result_on_interrupt("quasiclassical_levels", table):
         if max_energy is not None:
-            return _below(known, real("max_energy", max_energy), h, found, table)
+            found += levels_below(known, real("max_energy", max_energy), h)
+            return table()
         rows = [None] * len(points) if n is None else list(quanta(n, size).T)
         count = max(len(rows), len(points))
         if {len(rows), len(points)} - {1, count}:
             raise ValueError(f"guess must be one phase point or {len(rows)}, as n has levels, got {len(points)}")
         for one, point in zip(rows * (count // len(rows)), points * (count // len(points)), strict=True):
             tell("quasiclassical_levels", len(found) / count, f"level {len(found) + 1} of {count}")
-            found.append(level(known, one, h, None if point is None else known.near(point)))
+            if point is None and one is not None:
+                beside = next((done for done in reversed(found) if done.torus is not None), None)
+                found.append(nearby_level(known, one, h, beside))
+            else:
+                found.append(level(known, one, h, None if point is None else known.near(point)))
         return table()
 
 
-def _below(what: Oscillation, top: float, h: float, found: list[Level], table: Callable[[], LevelTable]) -> LevelTable:
-    """Find all levels below an energy, from the ground state on, by ever more quanta."""
+def levels_below(
+    what: Oscillation, top: float, h: float, indices: np.ndarray | None = None, tell_of: str = ""
+) -> list[Level]:
+    """Find all levels below an energy, from the ground state on, each from the torus of a neighbour.
+
+    Levels without a torus whose energy may be below, as their neighbours predict, are at the end of the list, with NaN.
+    The search goes on beyond one, not beyond two in succession, nor where neighbours predict energies above.
+    """
     size = what.modes.omega.size
-    waiting = [(0,) * size]
-    seen = set()
+    bottom, spacing = what.harmonic(h)
+    first = bottom + float(spacing @ (np.full(size, 0.5) if indices is None else indices / 4))
+    waiting = [(first, (0,) * size)]
+    beside: dict[tuple[int, ...], tuple[Level | None, np.ndarray, bool]] = {(0,) * size: (None, spacing, False)}
+    found: dict[tuple[int, ...], Level] = {}
     while waiting:
-        tell("quasiclassical_levels", 0.0, f"level {len(found) + 1}, {len(waiting)} more to try")
-        found.append(level(what, np.array(waiting.pop(0)), h, None))
-        if top > found[-1].E:
-            more = [tuple((found[-1].n + unit).tolist()) for unit in np.eye(size, dtype=int)]
-            waiting += [n for n in more if n not in seen]
-            seen.update(more)
-    return table().below(top).ascending()
+        expected, n = heapq.heappop(waiting)
+        tell("quasiclassical_levels", 0.0, f"{tell_of}level {len(found) + 1}, {len(waiting)} more to try")
+        near, spacing, doubtful = beside[n]
+        one = nearby_level(what, np.array(n), h, near, indices)
+        lost = math.isnan(one.E)
+        if not (expected if lost else one.E) < top:
+            continue
+        found[n] = one
+        if lost and doubtful:
+            continue
+        E, spacing = (expected, spacing) if lost else (one.E, one.spacing)
+        for k, unit in enumerate(np.eye(size, dtype=int)):
+            more, less = (tuple((np.array(n) + sign * unit).tolist()) for sign in (1, -1))
+            bend = 0.0 if lost or less not in found else float(spacing[k] - found[less].spacing[k]) / 2
+            rise = float(spacing[k]) + (0.0 if math.isnan(bend) else bend)
+            unsure = float(spacing[k]) * (SURE if bend else UNSURE)
+            if more not in beside and rise > 0 and E + rise - unsure < top:
+                beside[more] = (None if lost else one, spacing, lost)
+                heapq.heappush(waiting, (E + rise, more))
+    return sorted(found.values(), key=lambda one: (math.isnan(one.E), one.E))
 
 
 def quanta(n: Any, size: int) -> np.ndarray:

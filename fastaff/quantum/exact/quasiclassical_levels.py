@@ -21,7 +21,7 @@ from ..states.level_table import LevelTable
 from ..states.modes import WAYS
 from ..states.symmetry import checked_numbers, refuse_spins
 from .angular_tori import AngularTori, angular_quanta
-from .body_tori import body_levels, is_coupled, motion_of
+from .body_tori import BodyLevels, is_coupled, motion_of
 from .mode_tori import bodies_alone, is_vibration, mode_levels
 from .numbers_below import numbers_below
 
@@ -66,12 +66,14 @@ def quasiclassical_levels(
         and gamma follow, shape (4,) or (4, levels). For a vibration, quantum numbers of its modes, shape (modes,) or
         (modes, levels). Give `n` or `max_energy`.
     m, l : int or array_like of int, shape (levels,), optional
-        Quantum numbers of spin and vorticity. Required with `n` for a `Body` and not supported for other systems.
+        Quantum numbers of spin and vorticity. Required with `n` for a `Body` and not supported for other systems. For a
+        body that does not separate, they restrict `max_energy` to their classes.
     max_energy : float, optional
-        Energy below which all levels are computed, ascending. Not supported for bodies that do not separate.
+        Energy below which all levels are computed, ascending. Levels of fitted tori that may lie below, but for which
+        no torus was found, follow with energy NaN.
     maslov : tuple of int, default EBK
-        Maslov indices M of the two coordinates: `BOHR_SOMMERFELD` = (0, 0), `EBK` = (2, 2) or others. A vibration, or a
-        body that does not separate, has the indices of its tori.
+        Maslov indices M of the two coordinates: `BOHR_SOMMERFELD` = (0, 0), `EBK` = (2, 2) or others. For a body that
+        does not separate, those of its two modes. A vibration has the indices of its tori.
     {hbar}
     {single_valued}
     {quantum_chart}
@@ -107,7 +109,8 @@ def quasiclassical_levels(
       and 3.
     - ``UNBOUND``: no torus has the actions. ``NOT_CONVERGED``: no torus was found, for example beyond a separatrix.
       Other modes may have one.
-    - Searches below `max_energy` end, in each direction of n, at the first level above it or without a torus.
+    - Searches below `max_energy` end, in each direction of n, at the first level above it, or at the second in
+      succession without a torus.
     - Cost: 20 microseconds per level by quadrature; seconds per level by `fit_torus`.
 
     References
@@ -130,19 +133,22 @@ def quasiclassical_levels(
         bodies_alone(model, {"m": (m, None), "l": (l, None), "chart": (chart, None)} | tori_of_bodies)
         return mode_levels(model, n, max_energy, guess, hbar, way, motion_of)
     if chart is None and is_coupled(model):
-        if maslov != EBK:
-            raise ValueError(f"maslov must be EBK = {EBK} for a body that does not separate, got {shown(maslov)}")
-        if max_energy is not None or n is None or m is None or l is None:
-            raise ValueError("n, m and l must be given, without max_energy, for a body that does not separate")
-        return body_levels(cast(Body, model), n, m, l, guess, hbar, single_valued, way)
+        levels_of = BodyLevels(cast(Body, model), hbar, way, None if maslov == EBK else _indices(maslov))
+        flagged = flag("single_valued", single_valued)
+        if (max_energy is None) == (n is None) or (m is None) != (l is None) or (n is not None and m is None):
+            got = f"n = {shown(n, 12)}, m = {shown(m, 12)}, l = {shown(l, 12)}, max_energy = {shown(max_energy, 12)}"
+            raise ValueError(f"give n, m and l, or max_energy with or without m and l, got {got}")
+        if max_energy is None:
+            return levels_of.numbered(n, m, l, guess, flagged)
+        if guess is not None:
+            raise ValueError("guess must be given without max_energy: a torus near a point has its own angles")
+        return levels_of.below(real("max_energy", max_energy), m, l, flagged)
     if way != WAYS[0]:
         raise ValueError(f"modes is for vibrations and bodies that do not separate, got {shown(modes)}")
     separated = separate(model, chart)  # refuses a body without tori before its numbers are checked
     h = 2 * np.pi * positive("hbar", hbar)
     flagged = flag("single_valued", single_valued)
-    indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
-    if len(indices) != 2:
-        raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {shown(maslov)}")
+    indices = _indices(maslov)
     if not separated.isotropic or (current_system(model).planar and not current_system(model).isotropic and m is None):
         refuse_spins(m, l)
         tori = AngularTori(model, chart, float(hbar), indices, flagged, guess)
@@ -185,3 +191,11 @@ def quasiclassical_levels(
     if not numbers[1].size:
         return levels(np.zeros((2, 1), np.int64), 0, 0).take(slice(0))
     return levels(*numbers).ascending().below(top)
+
+
+def _indices(maslov: Any) -> tuple[int, ...]:
+    """Return two Maslov indices; raises TypeError or ValueError for others."""
+    indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
+    if len(indices) != 2:
+        raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {shown(maslov)}")
+    return indices

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ...systems.models.mechanics import System
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
 from ..states.vibration_state import LatticeWaves, PointLattice
-from .convergence import by_chance
 from .cover import ONLY_SAMPLES
 from .hidden_wells import WellCover, lost, more_wells, vibration_cover
 from .lattice import BasisTooLarge, LatticeGrid, LatticeProblem, lowest
@@ -51,17 +50,13 @@ POINTS = (1 << 15, 1 << 19, 1 << 21)
 
 DECAY = 40.0
 """Powers of e by which waves fall to rounding."""
-USUAL = 4.0
-"""The error of a level in units of its last change."""
+ROUNDING = 64 * np.finfo(float).eps
+"""Rounding of levels in units of the range of energies."""
 
-SLOW = 0.5
-"""Ratio of the last change to the one before from which on the error is ALGEBRAIC."""
-
-ALGEBRAIC = 30.0
-"""The error of a level in units of its last change, if that is more than SLOW of the one before."""
-
-CHANCE = 0.02
-"""Part of the change before the last that is added to the error, as bases may agree by chance."""
+APART = 30.0
+"""The error of a level in units of its last change, where two bases do not agree within their errors: 26 was the worst
+seen where errors fall as a power of the size.
+"""
 
 
 SEARCHES = 6
@@ -116,56 +111,63 @@ def vibration_levels(
     grid); Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation).
     """
     system = current_system(model)
-    again: tuple[LatticeProblem, float, float, float] | None = (_problem(system, hbar), SPARE, -math.inf, math.inf)
+    again: tuple[LatticeProblem, _Search] | None = (_problem(system, hbar), _Search())
     while again is not None:
         again = _bases(system, *again, count, hbar, tolerance, known, callback)
     _check_held(known[-1])
 
 
+class _Search(NamedTuple):
+    """How bases begin: spare states below the top energy, bounds of the top energy, and an upper limit of walls."""
+
+    spare: float = SPARE
+    least: float = -math.inf
+    most: float = math.inf
+    cap: float = math.inf
+
+
 def _bases(
     system: System,
     problem: LatticeProblem,
-    spare: float,
-    least: float,
-    cap: float,
+    search: _Search,
     count: int,
     hbar: float,
     tolerance: float,
     known: list[LevelTable],
     callback: Callable[[float], None] | None,
-) -> tuple[LatticeProblem, float, float, float] | None:
-    """Compute levels in ever larger bases. Return None, or the problem, spare states, a least top energy and a limit of
-    walls with which to begin again.
-    """
-    E: list[np.ndarray] = []
+) -> tuple[LatticeProblem, _Search] | None:
+    """Compute levels in ever larger bases. Return None, or the problem and the search with which to begin again."""
+    before: tuple[np.ndarray, np.ndarray] | None = None
     try:
-        problem, top, limit, cover = interruptible(_searched, system.model, problem, count, spare, least)
-        limit = min(limit, cap)
+        problem, top, limit, cover = interruptible(_searched, system.model, problem, count, search)
+        limit = min(limit, search.cap)
     except BasisTooLarge as reason:
         raise ValueError(f"count = {count} needs {reason}") from None
     for k, cut in enumerate(CUTS):
         shortest = problem.bottom + cut * (top - problem.bottom)
         try:
             grid, limit = interruptible(_basis, problem, shortest, top, limit, k)
-            found, missed, size, *states = interruptible(lowest, grid, problem, shortest, count)
+            found, missed, left, size, *states = interruptible(lowest, grid, problem, shortest, count)
         except BasisTooLarge as reason:
             if limit == math.inf and (joint := interruptible(_joint, problem, top, shortest)) < math.inf:
-                return problem, spare, least, joint
-            if len(E) > 1:
+                return problem, search._replace(cap=joint)
+            if k > 1:
                 return None
-            if spare > FEW:
-                return problem, FEW, least, cap
+            if before is not None and (most := _lower(float(before[0][-1]), top, problem.bottom)) > search.least:
+                return problem, search._replace(most=most)
+            if search.spare > FEW:
+                return problem, search._replace(spare=FEW)
             raise ValueError(f"count = {count} needs {reason}") from None
-        E.append(found)
         if found[-1] > limit:
             raise NoGroundState(_unbound(problem, count, int((found < limit).sum()), limit))
         if found[-1] > top:  # other wells may hold levels below that
             least = min(float(found[-1]) + ABOVE * (top - problem.bottom), (float(found[-1]) + limit) / 2)
-            return problem, spare, least, cap
-        error = _errors(E, shortest - problem.bottom) + missed + lost(problem, cover, grid, top, found)
+            return problem, search._replace(least=least)
+        bound = missed + left + ROUNDING * (np.abs(found) + shortest - problem.bottom)
+        error = _agreed(found, bound, before) + lost(problem, cover, grid, top, found)
         error[missed > HELD * (shortest - problem.bottom)] = np.inf
         last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
-        if grid.leak.any() and len(E) > 1 and last:
+        if grid.leak.any() and k > 0 and last:
             error += np.abs(interruptible(lowest, _shrunk(grid), problem, shortest, count).E - found)
         waves = LatticeWaves(system.model, _lattice(system, problem, grid), states[1], states[0])
         said = ONLY_SAMPLES if cover.blind else ""
@@ -174,7 +176,16 @@ def _bases(
             callback((k + 1) / len(CUTS))
         if last:
             break
+        before = found, bound
     return None
+
+
+def _lower(E: float, top: float, bottom: float) -> float:
+    """Return a top energy nearer to the highest level E of a basis, -infinity if the top is near.
+
+    Phase space counts few states of wells narrower than a wave, and wells above may take most of the grid.
+    """
+    return E + ABOVE * (top - E) if top - E > ABOVE * (top - bottom) else -math.inf
 
 
 def _check_held(levels: LevelTable) -> None:
@@ -187,15 +198,13 @@ def _check_held(levels: LevelTable) -> None:
 
 
 def _searched(
-    model: Any, problem: LatticeProblem, count: int, spare: float, least: float
+    model: Any, problem: LatticeProblem, count: int, search: _Search
 ) -> tuple[LatticeProblem, float, float, WellCover]:
-    """Return the problem with all wells, the energies of `_range`, the first of at least `least`, and the cover below
-    it.
-    """
+    """Return the problem with all wells, the energies of `_range`, the first within its bounds, and its cover."""
     for _ in range(SEARCHES):
         problem = _turned(problem)
-        top, limit = _range(problem, count, spare)
-        top = max(top, least)
+        top, limit = _range(problem, count, search.spare)
+        top = max(min(top, search.most), search.least)
         try:
             grid = _grid(problem, top, 4 * (top - problem.bottom))
         except Open:
@@ -564,14 +573,14 @@ def _shrunk(grid: LatticeGrid) -> LatticeGrid:
     return grid._replace(kept=grid.kept & ~binary_dilation(grid.leak, np.ones([3] * grid.V.ndim), iterations=2))
 
 
-def _errors(E: list[np.ndarray], height: float) -> np.ndarray:
-    """Return the errors of the levels of the last basis."""
-    floor = 64 * np.finfo(float).eps * (np.abs(E[-1]) + height)
-    if len(E) < 2:
-        return np.full_like(floor, np.inf)
-    gap = by_chance(np.abs(E[-1] - E[-2]))
-    before = by_chance(np.abs(E[-2] - E[-3])) if len(E) > 2 else np.zeros_like(gap)
-    return np.where((gap > SLOW * before) & (gap > floor), ALGEBRAIC, USUAL) * gap + CHANCE * before + floor
+def _agreed(E: np.ndarray, bound: np.ndarray, before: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
+    """Return the errors of levels with bounds, given levels and bounds of the basis before. A residual bounds the
+    distance to a level of any number: only a second basis tells that none is missing.
+    """
+    if before is None:
+        return np.full_like(bound, np.inf)
+    gap = np.abs(E - before[0])
+    return np.where(gap > bound + before[1], np.maximum(APART * gap, bound), bound)
 
 
 def _unbound(problem: LatticeProblem, count: int, bound: float, limit: float) -> str:
