@@ -87,6 +87,33 @@ def test_harmonics_do_not_stand_for_a_line_hidden_beside_another(ratio):
     assert not (found.classification == Classification.IRREGULAR).any()
 
 
+def test_steps_are_halved_until_frequencies_and_energy_are_accurate():
+    """Precessing Kepler orbits: a first run with a large error of the energy does not show regular frequencies."""
+    scales = {
+        "x0": 0.06640435937565449,
+        "y0": -0.009254784672217808,
+        "l0": 0.022852974200262523,
+        "c0": 0.1532106460397545,
+    }
+    model = fa.hamiltonian(
+        "u0*(-1/(sqrt((x-x0)**2+(y-y0)**2)/l0)+c0/(sqrt((x-x0)**2+(y-y0)**2)/l0)**2)+v0",
+        u0=0.0019063531443826276,
+        v0=0.005068479071934233,
+        **scales,
+    )
+    z0 = [
+        [0.07834294968440547, 0.07090990043061506],
+        [0.02146218211246796, -0.03827443556733031],
+        [-0.010767406171646562, -0.0033200983885516406],
+        [-0.015770527452791446, -0.010168865625163349],
+    ]
+    true = np.array([[0.08150896449395721, 0.113743775801529], [0.32635452670698506, 0.4563205120136597]])
+    found = fa.frequency_map(model, z0, time=2913.9849188202916)
+    assert (found.status == fa.Status.OK).all()
+    assert (found.classification == Classification.REGULAR).all()
+    assert (misses(found.nu, found.error, true) <= 1).all()
+
+
 def test_two_modes_of_a_turned_oscillator():
     g = 1.618033988749895
     turned = shared_systems.plane((1 + g**2) / 2, (1 + g**2) / 2, ab=(1 - g**2) / 2)
