@@ -154,7 +154,8 @@ def frequency_map(
       assigned to the coordinate with its largest amplitude.
     - Diffusion: :math:`\log_{10} \max_i |\nu_i^{(1)} - \nu_i^{(2)}|` of the halves of the run.
     - Errors: 5 times (:math:`5(n - 1)` for :math:`n > 2`) the largest of a line's growth, its residual and its change
-      in shorter windows. The integration error from a partial run with half the step is added.
+      in shorter windows. The integration error from a partial run with half the step is added. Resonances slower
+      than the run increase errors.
     - Cost: the run, the partial run, a transform of each signal. Memory: 256 MiB, or 640 MiB for long orbits.
 
     See the explanation page on frequencies.

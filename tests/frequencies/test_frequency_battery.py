@@ -87,6 +87,26 @@ def test_harmonics_do_not_stand_for_a_line_hidden_beside_another(ratio):
     assert not (found.classification == Classification.IRREGULAR).any()
 
 
+@pytest.mark.parametrize(
+    ("time", "start"),
+    [
+        (162.0, [0.0, 0.34394924915336944, 0.27290150232940497, 0.11958274856891543]),  # 13 : 11
+        (208.0, [0.0, -0.013678274203881291, 0.26053000307934404, -0.3174358204515171]),  # 19 : 17
+        (265.0, [0.0, 0.3664269572308507, 0.35868437863317154, 0.05694190648257724]),  # 19 : 14
+        (307.0, [0.0, -0.12267599800767842, 0.38013382470742446, -0.219913630273501]),  # 23 : 20
+        (600.0, [0.0, 0.1865868272064698, 0.3472159160303058, 0.17016785699792508]),  # 49 : 44
+    ],
+)
+def test_errors_include_resonances_slower_than_the_run(time, start):
+    """Orbits of Henon and Heiles whose windows all see the same part of a modulation: against long runs."""
+    long = fa.frequency_map(fa.HenonHeiles(), start, time=30000.0)
+    short = fa.frequency_map(fa.HenonHeiles(), start, time=time)
+    assert short.classification[0] == Classification.REGULAR
+    assert (long.error < 1e-2 * short.error).all()
+    assert (np.abs(short.nu - long.nu) <= 3 * short.error).all()
+    assert (short.error * time < 0.02).all()
+
+
 def test_steps_are_halved_until_frequencies_and_energy_are_accurate():
     """Precessing Kepler orbits: a first run with a large error of the energy does not show regular frequencies."""
     scales = {
