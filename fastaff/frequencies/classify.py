@@ -100,7 +100,9 @@ def unexplained(found: LatticeModes, time: np.ndarray) -> np.ndarray:
     rough = (found.moving & ~(found.dominant_error * time[:, None] < EXACT)).any(axis=1)
     missing = found.rank < found.moving.sum(axis=1)
     incomplete = missing & (rough | (found.rest > BROAD) | (found.unexplained_size > 0))
-    return (found.rank == 0) | (found.unexplained_size > LIMITS.visible) | incomplete
+    # A dominant line that is not sharp may still lie apart from all combinations: the lattice is a part of another.
+    apart = (found.moving & np.isfinite(found.dominant_error) & ~(found.combination != 0).any(axis=2)).any(axis=1)
+    return (found.rank == 0) | (found.unexplained_size > LIMITS.visible) | incomplete | apart
 
 
 def changing(rates: LoopRates, found: LatticeModes, time: np.ndarray) -> np.ndarray:

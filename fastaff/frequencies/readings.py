@@ -165,8 +165,9 @@ def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) ->
     modulation[:, :coupled] = unresolved_modulations(
         np.where(np.isfinite(chosen.error), chosen.nu, np.nan)[:, :coupled], chosen.error[:, :coupled], s.time, threads
     )
+    growth = np.divide(modulation, chosen.error, out=np.ones_like(modulation), where=chosen.error > 0)
     chosen = chosen._replace(error=np.maximum(chosen.error, modulation))
-    dominant_error = np.maximum(dominant_error, combined(np.abs(basis), modulation))
+    dominant_error *= np.where(basis != 0, np.maximum(growth, 1.0)[:, None], 1.0).max(axis=2)
     return _with_scheme(chosen, samples, rank, dominant, dominant_error, basis, ambiguous, irregular)
 
 

@@ -134,6 +134,16 @@ def test_steps_are_halved_until_frequencies_and_energy_are_accurate():
     assert (misses(found.nu, found.error, true) <= 1).all()
 
 
+def test_a_dominant_line_that_no_frequencies_explain_is_undecided():
+    """Coupled pendulums: nu_x and 2 nu_y - nu_x were the sharp lines, and nu_y none of their combinations."""
+    text = "a*(1 - cos(x)) + b*(1 - cos(y)) + e*(1 - cos(x - y))"
+    model = fa.hamiltonian(text, a=0.9418195094580076, b=1.4596572656788127, e=0.12455249556097676)
+    start = [-1.2900983887444983, -1.4474346682753927, -0.22975665969465275, 0.5812461275312631]
+    long, short = (fa.frequency_map(model, start, time=time) for time in (1000.0, 170.7435512686032))
+    assert long.classification[0] == Classification.REGULAR
+    assert short.classification[0] != Classification.REGULAR or misses(short.nu, short.error, long.nu)[0] <= 1
+
+
 def test_two_modes_of_a_turned_oscillator():
     g = 1.618033988749895
     turned = shared_systems.plane((1 + g**2) / 2, (1 + g**2) / 2, ab=(1 - g**2) / 2)

@@ -92,8 +92,8 @@ def modulations(unit, stop, progress, nu, error, time, k, seen, bound):
     """Fill bound (orbits, m) with the most by which resonances that turn less than a cycle over the time (orbits,) may
     modulate the frequencies nu (orbits, m): those of vectors k (m + 1, vectors), in all rows but the last.
 
-    For c cycles that is c/|k_j| cycles, for a resonance that all but traps the orbit, or `seen` times the largest error
-    of its frequencies over c^2 if that is less. Combinations with unknown frequencies, NaN, do not count.
+    For c cycles that is c/|k_j| cycles, for a resonance that all but traps the orbit, or `seen` times the error of the
+    frequency over c^2 if that is less. Combinations with unknown frequencies, NaN, do not count.
     """
     if read_now(stop, 0) > 0:
         return
@@ -102,11 +102,8 @@ def modulations(unit, stop, progress, nu, error, time, k, seen, bound):
         bound[unit, j] = 0.0
     for v in range(k.shape[1]):
         total = 0.0
-        width = 0.0
         for j in range(m):
-            if k[j, v] != 0.0:
-                total += k[j, v] * nu[unit, j]
-                width = max(width, error[unit, j])
+            total += k[j, v] * nu[unit, j] if k[j, v] != 0.0 else 0.0
         cycles = abs(total) * time[unit]
         if not cycles < 1.0:
             continue
@@ -114,7 +111,8 @@ def modulations(unit, stop, progress, nu, error, time, k, seen, bound):
         for j in range(m):
             if k[j, v] != 0.0:
                 most = abs(total / k[j, v])
-                if seen * width < most * square:
-                    most = seen * width / square
+                width = seen * error[unit, j]
+                if width < most * square:
+                    most = width / square
                 bound[unit, j] = max(bound[unit, j], most)
     progress[unit] = 1.0
