@@ -154,7 +154,8 @@ def frequency_map(
       assigned to the coordinate with its largest amplitude.
     - Diffusion: :math:`\log_{10} \max_i |\nu_i^{(1)} - \nu_i^{(2)}|` of the halves of the run.
     - Errors: 5 times (:math:`5(n - 1)` for :math:`n > 2`) the largest of a line's growth, its residual and its change
-      in shorter windows. The integration error from a partial run with half the step is added.
+      in shorter windows. The integration error from a partial run with half the step is added. Resonances slower
+      than the run increase errors.
     - Cost: the run, the partial run, a transform of each signal. Memory: 256 MiB, or 640 MiB for long orbits.
 
     See the explanation page on frequencies.
@@ -254,7 +255,7 @@ class FrequencyWork:
         """
         flow = self.flow
         orbits = np.arange(self.orbits)
-        before = np.full(self.orbits, np.inf)
+        before = np.full((2, self.orbits), np.inf)
         with Passes(self.callback) as passes:
             for _ in range(HALVINGS + 1):
                 self._pass(flow, orbits, passes.take(1.0, 0.0 if self.accuracy is None else FINER))
@@ -262,18 +263,18 @@ class FrequencyWork:
                     return
                 excess = self._excess(self.accuracy, tolerance)
                 # An error that a finer step does not reduce is rounding, or chaos.
-                again = (excess > 1) & (excess < before / 4)
+                again = ((excess > 1) & (excess < before / 4)).any(axis=0)
                 self.unfinished = again
                 if not again.any():
                     return
                 orbits = np.flatnonzero(again)
-                before = np.where(again, excess, 0.0)
+                before = np.where(again, np.where(excess > 0, excess, np.inf), 0.0)
                 flow = flow.finer()
         self.unfinished[:] = False
 
     def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
-        """Return the ratios (orbits,) of the scheme's errors to those allowed for frequencies and energy; 0 where there
-        are none.
+        """Return the ratios (2, orbits) of the scheme's errors to those allowed for frequencies and for energy; 0 where
+        there are none.
         """
         found = self.found
         known = is_regular(found.classification(self.time))
@@ -282,7 +283,7 @@ class FrequencyWork:
         share = np.where(share > BESIDE * found.error, share, 0.0).max(axis=0)
         share = np.where(known, share / np.maximum(np.abs(found.nu).max(axis=0), 1e-300), 0.0)
         energy = np.nan_to_num(energy_error(self.flow.system, self.ensemble), nan=0.0, posinf=0.0)
-        return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
+        return np.where(self.ensemble.status == Status.OK, np.stack([share / accuracy, energy / tolerance]), 0.0)
 
     def _pass(self, flow: Flow, orbits: np.ndarray, callback: Callback | None) -> None:
         """Sample these orbits and find their frequencies, as many at a time as memory allows."""

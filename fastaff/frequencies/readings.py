@@ -11,7 +11,7 @@ from ..engine.jit import LANES
 from ..engine.threads import by_portions, own_threads
 from .angle_loops import SignalLayout
 from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
-from .classify import related, unresolved_relations
+from .classify import related, unresolved_modulations, unresolved_relations
 from .fundamental import BRIEF, LatticeModes, Loops, run, store_rows, taken
 from .integer_lattice import box, combined
 from .kernels.relations import first_vectors
@@ -160,6 +160,14 @@ def _read(layout: SignalLayout, samples: SampledOrbits, m: int, threads: int) ->
         _count_turns(
             samples, layout.periods, found, chosen, (dominant, dominant_error, basis, rank, ambiguous), threads
         )
+    coupled = n if driven else m  # a plane's angle that nothing drives is in no resonance
+    modulation = np.zeros_like(chosen.error)
+    modulation[:, :coupled] = unresolved_modulations(
+        np.where(np.isfinite(chosen.error), chosen.nu, np.nan)[:, :coupled], chosen.error[:, :coupled], s.time, threads
+    )
+    growth = np.divide(modulation, chosen.error, out=np.ones_like(modulation), where=chosen.error > 0)
+    chosen = chosen._replace(error=np.maximum(chosen.error, modulation))
+    dominant_error *= np.where(basis != 0, np.maximum(growth, 1.0)[:, None], 1.0).max(axis=2)
     return _with_scheme(chosen, samples, rank, dominant, dominant_error, basis, ambiguous, irregular)
 
 

@@ -87,6 +87,63 @@ def test_harmonics_do_not_stand_for_a_line_hidden_beside_another(ratio):
     assert not (found.classification == Classification.IRREGULAR).any()
 
 
+@pytest.mark.parametrize(
+    ("time", "start"),
+    [
+        (162.0, [0.0, 0.34394924915336944, 0.27290150232940497, 0.11958274856891543]),  # 13 : 11
+        (208.0, [0.0, -0.013678274203881291, 0.26053000307934404, -0.3174358204515171]),  # 19 : 17
+        (265.0, [0.0, 0.3664269572308507, 0.35868437863317154, 0.05694190648257724]),  # 19 : 14
+        (307.0, [0.0, -0.12267599800767842, 0.38013382470742446, -0.219913630273501]),  # 23 : 20
+        (600.0, [0.0, 0.1865868272064698, 0.3472159160303058, 0.17016785699792508]),  # 49 : 44
+    ],
+)
+def test_errors_include_resonances_slower_than_the_run(time, start):
+    """Orbits of Henon and Heiles whose windows all see the same part of a modulation: against long runs."""
+    long = fa.frequency_map(fa.HenonHeiles(), start, time=30000.0)
+    short = fa.frequency_map(fa.HenonHeiles(), start, time=time)
+    assert short.classification[0] == Classification.REGULAR
+    assert (long.error < 1e-2 * short.error).all()
+    assert (np.abs(short.nu - long.nu) <= 3 * short.error).all()
+    assert (short.error * time < 0.02).all()
+
+
+def test_steps_are_halved_until_frequencies_and_energy_are_accurate():
+    """Precessing Kepler orbits: a first run with a large error of the energy does not show regular frequencies."""
+    scales = {
+        "x0": 0.06640435937565449,
+        "y0": -0.009254784672217808,
+        "l0": 0.022852974200262523,
+        "c0": 0.1532106460397545,
+    }
+    model = fa.hamiltonian(
+        "u0*(-1/(sqrt((x-x0)**2+(y-y0)**2)/l0)+c0/(sqrt((x-x0)**2+(y-y0)**2)/l0)**2)+v0",
+        u0=0.0019063531443826276,
+        v0=0.005068479071934233,
+        **scales,
+    )
+    z0 = [
+        [0.07834294968440547, 0.07090990043061506],
+        [0.02146218211246796, -0.03827443556733031],
+        [-0.010767406171646562, -0.0033200983885516406],
+        [-0.015770527452791446, -0.010168865625163349],
+    ]
+    true = np.array([[0.08150896449395721, 0.113743775801529], [0.32635452670698506, 0.4563205120136597]])
+    found = fa.frequency_map(model, z0, time=2913.9849188202916)
+    assert (found.status == fa.Status.OK).all()
+    assert (found.classification == Classification.REGULAR).all()
+    assert (misses(found.nu, found.error, true) <= 1).all()
+
+
+def test_a_dominant_line_that_no_frequencies_explain_is_undecided():
+    """Coupled pendulums: nu_x and 2 nu_y - nu_x were the sharp lines, and nu_y none of their combinations."""
+    text = "a*(1 - cos(x)) + b*(1 - cos(y)) + e*(1 - cos(x - y))"
+    model = fa.hamiltonian(text, a=0.9418195094580076, b=1.4596572656788127, e=0.12455249556097676)
+    start = [-1.2900983887444983, -1.4474346682753927, -0.22975665969465275, 0.5812461275312631]
+    long, short = (fa.frequency_map(model, start, time=time) for time in (1000.0, 170.7435512686032))
+    assert long.classification[0] == Classification.REGULAR
+    assert short.classification[0] != Classification.REGULAR or misses(short.nu, short.error, long.nu)[0] <= 1
+
+
 def test_two_modes_of_a_turned_oscillator():
     g = 1.618033988749895
     turned = shared_systems.plane((1 + g**2) / 2, (1 + g**2) / 2, ab=(1 - g**2) / 2)

@@ -7,6 +7,7 @@ from scipy.linalg import eigvals
 
 from fastaff import Body, HenonHeiles, NeoHookean
 from fastaff.frequencies import fundamental
+from fastaff.frequencies.classify import SEEN, unresolved_modulations
 from fastaff.frequencies.frequency_map import FrequencyWork, checked_signals
 from fastaff.frequencies.fundamental import Loops, tables_of
 from fastaff.frequencies.inverted_lines import inverted
@@ -324,3 +325,29 @@ def test_weak_modes_of_a_chain_are_frequencies():
     f = frequency_map(model, [*q, 0.0, 0.0], time=2000.0)
     np.testing.assert_allclose(np.sort(f.nu[:, 0]), np.sqrt(w2) / (2 * np.pi), rtol=0, atol=1e-11)
     assert f.classification[0] == Classification.REGULAR
+
+
+@pytest.mark.parametrize(("m", "longest"), [(2, 96), (3, 16)])
+def test_modulations_are_bounds_over_all_slow_combinations(m, longest):
+    """Of 40 frequency vectors at random, some of which are unknown, with one long resonance."""
+    rng = np.random.default_rng(m)
+    nu = rng.uniform(0.1, 0.3, (40, m))
+    nu[:, 1] = (9 + rng.uniform(-1e-3, 1e-3, 40)) / 11 * nu[:, 0] if m == 2 else nu[:, 1]
+    nu[::7, 0] = np.nan
+    error = 10 ** rng.uniform(-9, -3, (40, m))
+    time = rng.uniform(100.0, 1000.0, 40)
+    k = np.stack(np.meshgrid(*[np.arange(-longest, longest + 1)] * m, indexing="ij"), axis=-1).reshape(-1, m)
+    size = np.abs(k).sum(axis=1)
+    k = k[(size > 1) & (size <= longest) & (np.gcd.reduce(k, axis=1) == 1)]
+    expected = np.zeros((40, m))
+    for orbit in range(40):
+        with_nan = np.where(k != 0, k * nu[orbit], 0.0).sum(axis=1)
+        for v in np.flatnonzero(np.abs(with_nan) * time[orbit] < 1):
+            cycles = abs(with_nan[v]) * time[orbit]
+            own = k[v] != 0
+            windows = SEEN * error[orbit, own] / cycles**2
+            rate = cycles / np.abs(k[v, own]) / time[orbit]
+            expected[orbit, own] = np.maximum(expected[orbit, own], np.minimum(windows, rate))
+    assert np.count_nonzero(expected) > 20
+    found = unresolved_modulations(nu, error, time, 1)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)

@@ -86,3 +86,33 @@ def vanishing(unit, stop, progress, nu, error, beat, time, k, limits, distance):
             if possible[v] != 0.0 and row[v] != 0.0:
                 distance[unit, j] = max(distance[unit, j], abs(sums[v]))
     progress[unit] = 1.0
+
+
+def modulations(unit, stop, progress, nu, error, time, k, seen, bound):
+    """Fill bound (orbits, m) with the most by which resonances that turn less than a cycle over the time (orbits,) may
+    modulate the frequencies nu (orbits, m): those of vectors k (m + 1, vectors), in all rows but the last.
+
+    For c cycles that is c/|k_j| cycles, for a resonance that all but traps the orbit, or `seen` times the error of the
+    frequency over c^2 if that is less. Combinations with unknown frequencies, NaN, do not count.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    m = nu.shape[1]
+    for j in range(m):
+        bound[unit, j] = 0.0
+    for v in range(k.shape[1]):
+        total = 0.0
+        for j in range(m):
+            total += k[j, v] * nu[unit, j] if k[j, v] != 0.0 else 0.0
+        cycles = abs(total) * time[unit]
+        if not cycles < 1.0:
+            continue
+        square = cycles * cycles
+        for j in range(m):
+            if k[j, v] != 0.0:
+                most = abs(total / k[j, v])
+                width = seen * error[unit, j]
+                if width < most * square:
+                    most = width / square
+                bound[unit, j] = max(bound[unit, j], most)
+    progress[unit] = 1.0
