@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from . import sections as sections
     from . import systems as systems
     from . import tori as tori
+    from .chaos.basins import basins as basins
     from .chaos.chaos_map import chaos_map as chaos_map
     from .chaos.chaotic_fraction import chaotic_fraction as chaotic_fraction
     from .chaos.indicators import FLI as FLI
@@ -151,6 +152,7 @@ _INSIDE = {
 """Folders and modules within parts that have a name here."""
 
 _PLACES = {
+    "chaos.basins": ("basins",),
     "chaos.chaos_map": ("chaos_map",),
     "chaos.chaotic_fraction": ("chaotic_fraction",),
     "chaos.indicators": (
@@ -303,6 +305,7 @@ __all__ = [
     "ZeroOneTest",
     "action_angles",
     "affine_body",
+    "basins",
     "chaos_map",
     "chaotic_fraction",
     "constants_of_motion",

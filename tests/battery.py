@@ -280,6 +280,7 @@ CALLS = {
     "TuneAccumulator": (fa.TuneAccumulator, {}),
     "TuneAccumulator.push": (accumulated, {"samples": TURNED}),
     "all_levels": (fa.quantum.all_levels, {"model": HARMONIC, "multiplets": 5}),
+    "basins": (fa.basins, {"model": LOGISTIC._replace(r=3.2), "z0": [[0.3, 0.4]], "time": 40}),
     "bifurcation_diagram": (
         fa.chaos.bifurcation_diagram,
         {"model": LOGISTIC, "parameter": "r", "values": [3.2, 3.9], "x0": 0.3, "transient": 20, "iterates": 20},
@@ -371,7 +372,13 @@ CALLS = {
     "univariate": (fa.univariate, {"value": square, "slope": double}),
     "orbit_families": (
         fa.frequencies.orbit_families,
-        {"frequency_map": lambda: fa.frequency_map(HH, Z4, time=20.0, **FIXED), "max_order": 4, "threads": 1},
+        {
+            "frequency_map": lambda: fa.frequency_map(HH, Z4, time=20.0, **FIXED),
+            "max_order": 4,
+            "model": HH,
+            "z0": Z4,
+            "threads": 1,
+        },
     ),
     "orbit_frequencies": (fa.orbit_frequencies, {"samples": SLOW, "dt": 0.1}),
     "periodic_guesses": (fa.periodic.periodic_guesses, {"section_map": lambda: result("guessable"), "crossings": 1}),
@@ -462,6 +469,8 @@ and the one that silences calls.
 CONTAINERS = {
     *(
         "Bifurcation",
+        "AttractorKind",
+        "Basins",
         "BifurcationDiagram",
         "Branch",
         "ChaosMap",
@@ -483,7 +492,16 @@ CONTAINERS = {
         "Rotation",
         "EnergySample",
     ),
-    *("SectionMap", "SpacingFit", "State", "TangentMap", "TimeScales", "VibrationHusimi", "VibrationState"),
+    *(
+        "SectionMap",
+        "SeriesExponent",
+        "SpacingFit",
+        "State",
+        "TangentMap",
+        "TimeScales",
+        "VibrationHusimi",
+        "VibrationState",
+    ),
     *(
         "ActionAngles",
         "AffineSpectrum",

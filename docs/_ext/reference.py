@@ -92,11 +92,11 @@ PAGES: dict[str, Page] = {
         "Chaos",
         "Indicators of chaos, maps of them, and the chaotic fraction over parameters.",
         {
-            "": "chaos_map chaotic_fraction Classification MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum "
+            "": "chaos_map chaotic_fraction basins Classification MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum "
             "ZeroOneTest WeightedBirkhoff FrequencyDiffusion ReversibilityError",
             "chaos": " ".join(
                 [
-                    "ChaosMap ChaoticFraction BifurcationDiagram bifurcation_diagram "
+                    "ChaosMap ChaoticFraction Basins AttractorKind BifurcationDiagram bifurcation_diagram",
                     "SeriesExponent series_exponent Shares TangentIndicator",
                     *OWN_INDICATORS,
                 ]

@@ -1,5 +1,6 @@
 """Chaos indicators, maps of classifications, chaotic fractions."""
 
+from .basins import AttractorKind, Basins
 from .chaos_map import ChaosMap
 from .chaotic_fraction import ChaoticFraction
 from .measured_series import SeriesExponent, series_exponent
@@ -8,6 +9,8 @@ from .parameter_diagrams import BifurcationDiagram, bifurcation_diagram
 from .shares import Shares
 
 __all__ = [
+    "AttractorKind",
+    "Basins",
     "BifurcationDiagram",
     "ChaosMap",
     "ChaoticFraction",

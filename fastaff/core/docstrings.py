@@ -175,7 +175,7 @@ PARAMETERS = {
     "closing_model": """
         model : model
             System to compute, with derivatives of its forces: a Hamiltonian system of two degrees of freedom or more, a
-            driven system, a symplectic map, or an ODE system of two variables or more.
+            driven system, a map, or an ODE system of two variables or more.
         """,
     "closing_tolerance": """
         tolerance : float, default 1e-12

@@ -30,7 +30,7 @@ from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .numba_private import AbstractTemplate, AttributeTemplate, infer_getattr, lower_builtin
 from .plane_loops import angle_of
-from .pointers import COLUMNS, Calls
+from .pointers import COLUMNS, Calls, distant
 from .state_rows import StateRows
 from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
@@ -40,6 +40,9 @@ KEPT = 1024
 """Compiled blocks, and methods in them, that a process keeps for the next call: those of some hundred models. The code
 of what is let go stays in LLVM's memory, which it never frees: whoever uses it may go on.
 """
+
+ALONE = ("check", "inside")
+"""Kinds of loops around the orbits alone, whose code serves all numbers of deviation vectors."""
 
 PREAMBLES = ("Failed in ", "- Resolution failure")
 """Beginnings of Numba's lines before the one that names the error."""
@@ -77,6 +80,7 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
+    vectors = 0 if kind in ALONE else vectors
     return _model_block(kind, *built(value), rows_of(value, degrees_of_freedom, vectors))
 
 
@@ -313,7 +317,13 @@ def _left(module: str) -> None:
 
 def _executed(kind: str, text: str, names: dict[str, Any], classes: tuple, namespace: tuple, filename: str) -> Any:
     """Execute a text in the names of its module and compile the function; the code of a file is kept in the cache."""
-    names.update({name: _compilable(cls, state) for cls, name, state in classes}, fma=fma, np=np, **dict(namespace))
+    names.update(
+        {name: _compilable(cls, state) for cls, name, state in classes},
+        fma=fma,
+        distant=distant,
+        np=np,
+        **dict(namespace),
+    )
     exec(compile("\n" + text, filename, "exec"), names)  # below the line of the checksum
     if not JIT_DISABLED:
         for cls, *_ in classes:

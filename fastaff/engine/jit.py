@@ -197,15 +197,16 @@ SIGNATURES = {
     "step": _i8(_i8, _vector, _i8, _i8, _matrix, _vector, _matrix, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, z, result)
     "derivative": types.void(_vector, _i8, _vector, _vector),
-    "inside": types.void(_vector, _i8, _vector, _vector),
+    # (params, lanes, z, momenta, status): of the orbits alone; momenta is z from the orbit's first momentum on
+    "inside": types.void(_vector, _i8, _vector, _vector, _vector),
     "value": types.void(_vector, _i8, _vector, _vector),
     "kinetic": types.void(_vector, _i8, _vector, _vector),
     "potential": types.void(_vector, _i8, _vector, _vector),
     "along": types.void(_vector, _i8, _vector, _vector),
     # (params, lanes, states before, z, status)
     "leapt": types.void(_vector, _i8, _vector, _vector, _vector),
-    # (params, lanes, escape radii, z, status, largest kinetic energy so far)
-    "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),
+    # (params, lanes, escape radii, z, momenta, status, largest kinetic energy so far)
+    "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector, _vector),
     # (params, lanes, n, k, m, due, memory, result)
     "reading": types.void(_vector, _i8, _i8, _i8, _i8, _vector, _vector, _vector),
     # (params, calls, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from ..core.status import LOST_CODE
 from .jit import LANES
 from .state_rows import StateRows, listed
-from .texts import _at, _indent, _loop
+from .texts import _at, _indent, _loop, of_orbit
 
 
 def _names(rows: StateRows, vector: int) -> list[str]:
@@ -102,19 +102,9 @@ def _march(rows: StateRows) -> str:
     )
 
 
-def _check(rows: StateRows) -> str:
-    z = [f"z{r}" for r in range(2 * rows.half)]
-    return _loop(
-        "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
-        + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
-        f"code = 0.0 if value.margin({', '.join(z[: rows.n])}) > 0.0 else {LOST_CODE}.0\n"
-        "result[i] = code if finite == 0.0 else 1.0\n",
-        1,
-    )
-
-
 def _inside(rows: StateRows) -> str:
-    z = [_at(r) for r in range(2 * rows.half)]
+    """Whether the orbit is finite and in the domain."""
+    z = of_orbit(rows.n)
     return _loop(
         f"margin = value.margin({', '.join(z[: rows.n])})\nfinite = {' + '.join(f'0.0*{row}' for row in z)}\ncode = "
         f"0.0 if margin > 0.0 else {LOST_CODE}.0\nresult[i] = code if finite == 0.0 else 1.0\n",
@@ -139,7 +129,7 @@ def _observable(rows: StateRows) -> str:
 TEXTS: dict[str, Callable[[StateRows], str]] = {
     "splitting": _iterates,
     "march": _march,
-    "check": _check,
+    "check": _inside,
     "inside": _inside,
     "kinetic": _observable,
 }

@@ -54,6 +54,33 @@ def _called(context, builder, pointer, signature, parts, given):
     return builder.call(builder.bitcast(pointer, kind.as_pointer()), arguments)
 
 
+@intrinsic
+def distant(typingcontext, array, start):
+    """Return array[start:] as an array of its own for LLVM: a loop that reads the first rows and writes many rows at an
+    unknown place of one array does not become vectors. Both lie apart.
+    """
+
+    def generate(context, builder, signature, given):
+        whole = context.make_array(signature.args[0])(context, builder, given[0])
+        word = given[1].type
+        size = word(context.get_abi_sizeof(context.get_data_type(array.dtype)))
+        place = builder.add(builder.ptrtoint(whole.data, word), builder.mul(given[1], size))
+        part = context.make_array(array)(context, builder)
+        shape = [builder.sub(whole.nitems, given[1])]
+        data = builder.inttoptr(place, whole.data.type)
+        context.populate_array(part, data=data, shape=shape, strides=[size], itemsize=size, meminfo=None)
+        return part._getvalue()
+
+    return array(array, types.int64), generate
+
+
+if JIT_DISABLED:  # type: ignore[misc]
+
+    def distant(array, start):
+        """Return array[start:]."""
+        return array[start:]
+
+
 def caller(kind: str) -> Callable:
     """Return the function that calls the block function of that kind at an address."""
     if JIT_DISABLED:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 from .jit import LANES
 from .state_rows import CARRIED, StateRows, listed
@@ -79,7 +80,10 @@ def while_inside(rows: StateRows, step: str, kept: str = "") -> str:
 
 def traced(state: Iterable[str]) -> str:
     """Text that puts lane 0 into the trace of a march, where there is one, and goes on with the next step."""
-    kept = "".join(f"kept[{r * LANES}] = {entry}\n" for r, entry in enumerate(state))
+    return _traced("".join(f"kept[{r * LANES}] = {entry}\n" for r, entry in enumerate(state)))
+
+
+def _traced(kept: str) -> str:
     return f"if trace.size > 0:\n    kept = trace[taken - 1:]\n{_indent(kept, 1)}    continue\n"
 
 
@@ -109,10 +113,15 @@ def _drifts_kicks(rows: StateRows, first: int, *, alike: bool) -> str:
     loop = _loop if not alike else functools.partial(_shared, () if drifts is None else (drifts.loaded,))
 
     def now(row: int) -> str:
+        if row == rows.time:  # its row has the start of the step
+            return f"{_at(row)} + passed*step[i]" if first else f"fma(passed, step[i], {_at(row)})"
         return f"{_at(row)} + {_at(first + row)}" if first else _at(row)
 
     drift = kick = ""
+    repeated = rows.repeated
     for group in rows.groups:
+        if group in repeated[1:]:
+            continue
         move = DRIFT
         both = move + KICK + loaded
         both += "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
@@ -130,10 +139,24 @@ def _drifts_kicks(rows: StateRows, first: int, *, alike: bool) -> str:
             text += "".join(f"{_at(first + r)} = d{r}\n" for r in part if r != rows.time)
             push = "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in part) + rows.forces(part)
             push += "".join(f"{_at(first + n + r)} = {_pushed(kicks, r, part, _at(first + n + r))}\n" for r in part)
+            pushed = text + push
+            if group in repeated:
+                text, pushed = (entry.replace("z[", "own[") for entry in (text, pushed))
             move = move + text
-            both = both + text + push
-        drift = drift + loop(move, 1)
-        kick = kick + loop(both, 1)
+            both = both + pushed
+        if group in repeated:
+            size = len(group)
+            drift += (
+                f"    for part in range(0, {len(repeated) * size}, {size}):\n        own = distant(z, {LANES}*part)\n"
+            )
+            kick += (
+                f"    for part in range(0, {len(repeated) * size}, {size}):\n        own = distant(z, {LANES}*part)\n"
+            )
+            drift += loop(move, 2)
+            kick += loop(both, 2)
+            continue
+        drift += loop(move, 1)
+        kick += loop(both, 1)
     start, end = (
         "" if drifts is None else _indent(drifts.before(rows.parts(rows.all), n, first, entry), 1)
         for entry in ("s", "kicks.size")
@@ -172,6 +195,8 @@ def _march(rows: StateRows) -> str:
 
     Ends early, after the step that leaves the domain; returns the number of steps.
     """
+    if rows.in_memory:
+        return _march_with_vectors(rows)
     n = rows.half
     state = [f"q{r}" for r in rows.all] + [f"p{r}" for r in rows.all]
     time = rows.time
@@ -208,6 +233,44 @@ def _march(rows: StateRows) -> str:
     )
 
 
+def _march_with_vectors(rows: StateRows) -> str:
+    """Whole steps of lane 0 with its orbit in scalars and its vectors in their rows: one text moves all of them, at the
+    end of the orbit's drift and before its kick.
+    """
+    n, half = rows.n, rows.half
+    own, vector = range(n), range(n, 2 * n)
+    moved = [r for r in own if r != rows.time]
+    state = [f"q{r}" for r in own] + [f"p{r}" for r in own]
+    places = [*(f"z[{r * LANES}]" for r in own), *(f"z[{(half + r) * LANES}]" for r in own)]
+    mine = [*(f"mine[{k * LANES}]" for k in own), *(f"mine[{(half + k) * LANES}]" for k in own)]
+    names = [f"q{r}" for r in vector] + [f"p{r}" for r in vector]
+    drift = rows.velocities(own) + "hd = drift[s]*step\n" + "".join(f"q{r} = fma(hd, v{r}, q{r})\n" for r in moved)
+    if rows.time is not None:
+        drift += f"passed += drift[s]\nq{rows.time} = fma(passed, step, begun)\n"
+    read = "".join(f"{name} = {place}\n" for name, place in zip(names, mine, strict=True))
+    move = rows.velocities(vector) + "".join(f"q{r} = fma(hd, v{r}, q{r})\n" for r in vector)
+    push = rows.forces(vector) + "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in vector)
+    written = "".join(f"{place} = {name}\n" for name, place in zip(names, mine, strict=True))
+    vectors = f"mine = z[{LANES}*part:]\n{read}{move}if s < kick.size:\n{_indent(push, 1)}{written}"
+    step = (
+        f"{drift}hk = kick[s]*step if s < kick.size else 0.0\nfor part in range({n}, {half}, {n}):\n"
+        f"{_indent(vectors, 1)}if s < kick.size:\n"
+        + _indent(rows.forces(own) + "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in own), 1)
+    )
+    kept = "".join(f"{place.replace('z[', 'kept[')} = {name}\n" for name, place in zip(state, places, strict=True))
+    kept += f"for r in range({n}, {half}):\n    mine, copy = z[{LANES}*r:], kept[{LANES}*r:]\n"
+    kept += f"    copy[0], copy[{half * LANES}] = mine[0], mine[{half * LANES}]\n"
+    text = "".join(f"{name} = {place}\n" for name, place in zip(state, places, strict=True))
+    text += "taken = 0\nwhile taken < steps:\n"
+    text += "" if rows.time is None else f"    begun, passed = q{rows.time}, 0.0\n"
+    text += f"    for s in range(drift.size):\n{_indent(step, 2)}"
+    text += "" if rows.time is None else f"    q{rows.time} = value.phase(begun + step)\n"
+    text += f"    taken += 1\n{_indent(_traced(kept), 1)}"
+    text += f"    if not value.margin({listed('q', own)}) > 0.0:\n        break\n"
+    text += "".join(f"{place} = {name}\n" for name, place in zip(state, places, strict=True))
+    return _indent(text, 1) + "    return taken\n"
+
+
 def _derivative(rows: StateRows) -> str:
     n = rows.half
     text = ""
@@ -241,13 +304,22 @@ def _rates(rows: StateRows, group: range) -> str:
     return _loop(body, 1)
 
 
+def of_orbit(n: int) -> list[str]:
+    """Return the texts of the numbers of an orbit, whatever number of vectors lies between its positions and its
+    momenta.
+    """
+    return [*map(_at, range(n)), *(f"momenta[{r * LANES} + i]" for r in range(n))]
+
+
 def _check(rows: StateRows) -> str:
-    z = [f"z{r}" for r in range(2 * rows.half)]
+    """The state of the orbits alone: one code serves all numbers of vectors, whose rows `check_vectors` looks at."""
+    rows = replace(rows, vectors=0)
+    z = [f"z{r}" for r in range(2 * rows.n)]
     kinetic = "" if rows.variables and not rows.nonseparable else _kinetic_energy(rows, "energy", z)
     kinetic += "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n" if kinetic else ""
     # 0*z is 0 for finite z and NaN else; comparisons with NaN are false.
     return _loop(
-        "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
+        "".join(f"{name} = {entry}\n" for name, entry in zip(z, of_orbit(rows.n), strict=True))
         + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
         f"size = {' + '.join(f'{name}*{name}' for name in (z[r] for r in rows.place[: rows.time]))}\nmargin = "
         f"value.margin({', '.join(z[r] for r in rows.place)})\ncode = 0.0 if margin > 0.0 else 2.0\ncode = code if "
@@ -259,9 +331,10 @@ def _check(rows: StateRows) -> str:
 
 def _inside(rows: StateRows) -> str:
     """The part of `check` that every step needs: whether the orbit is finite and in the domain."""
-    z = [_at(r) for r in range(2 * rows.half)]
+    rows = replace(rows, vectors=0)
+    z = of_orbit(rows.n)
     return _loop(
-        f"margin = value.margin({', '.join(_at(r) for r in rows.place)})\nfinite = "
+        f"margin = value.margin({', '.join(z[r] for r in rows.place)})\nfinite = "
         f"{' + '.join(f'0.0*{row}' for row in z)}\ncode = 2.0 if finite == 0.0 else 1.0\nresult[i] = 0.0 if margin > "
         "0.0 else code\n",
         1,
@@ -399,8 +472,8 @@ ARGUMENTS = {
     "nystrom_splitting": "params, lanes, drifts, kicks, step, steps, z",
     "nystrom_march": "params, drifts, kicks, step, steps, z, trace",
     "step": "derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work",
-    "check": "params, lanes, radius, z, result, kinetic",
-    "inside": "params, lanes, z, result",
+    "check": "params, lanes, radius, z, momenta, result, kinetic",
+    "inside": "params, lanes, z, momenta, result",
     "leapt": "params, lanes, begin, z, result",
     "derivative": "params, lanes, z, result",
     "value": "params, lanes, z, result",

@@ -351,6 +351,7 @@ def recipe(path: Any, **given: Any) -> Recipe:
 ANALYSES = {
     "action_angles": "tori.action_angles",
     "all_levels": "quantum.spectra.all_levels",
+    "basins": "chaos.basins",
     "bifurcation_diagram": "chaos.parameter_diagrams",
     "chaos_map": "chaos.chaos_map",
     "chaotic_fraction": "chaos.chaotic_fraction",

@@ -114,6 +114,6 @@ def _signals(layout: SignalLayout, signals: Signals) -> list[tuple[list[int], np
         c = np.ascontiguousarray(c[:, layout.planes])
         zero = np.zeros((orbits, len(layout.planes)), complex)
         o, k = (entry.ravel() for entry in np.mgrid[:orbits, : len(layout.planes)])
-        f = values(signals, Loops(c, zero, zero), o, k, 1).reshape(orbits, len(layout.planes), samples)
+        f = values(signals, Loops(c, zero, zero), o, k, 1).reshape(orbits, len(layout.planes), samples).copy()
         result.append((layout.planes, f, np.ones((orbits, len(layout.planes)))))
     return result

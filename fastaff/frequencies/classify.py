@@ -17,7 +17,7 @@ import numpy as np
 from ..core.classification import Classification
 from .fundamental import BRIEF, BROAD, LIMITS, LatticeModes, run
 from .integer_lattice import ball, one_of_each
-from .kernels.relations import vanishing
+from .kernels.relations import RelationLimits, vanishing
 
 if TYPE_CHECKING:
     from .loop_rates import LoopRates
@@ -44,8 +44,17 @@ SHORT = 4
 """Largest |k|_1 of combinations that may not turn less than RESOLVED."""
 
 RESOLVED = 1.0
-"""Cycles over the time that these must turn: else lines of the lattice lie so close to strong ones that they may be
-hidden.
+"""Cycles over the time below which these may be a libration: the orbit may be trapped in the resonance."""
+
+LIBRATION = 0.1
+"""Error of a combination, in cycles over the time, in units of the cube of its cycles c, up to which it is no
+libration. One of amplitude pi, seen where it is fastest, passes c cycles with a rate that the windows of 0.7 of the
+time see change by 0.04 c^3; errors state 5 times that (`inverted_lines.SAFETY`).
+"""
+
+HIDDEN = 0.01
+"""Beat of a loop, in units of the cycles of a combination, up to which no line is hidden next to its own: of two lines
+so far apart it is about the ratio of their sizes times that distance.
 """
 
 CHANCE = 0.02
@@ -97,45 +106,59 @@ def changing(rates: LoopRates, found: LatticeModes, time: np.ndarray) -> np.ndar
     return (change > least) & (found.rest > ROUGH) & ~sharp.all(axis=1)
 
 
-def unsettled(rates: LoopRates, found: LatticeModes, time: np.ndarray, threads: int) -> np.ndarray:
+def unsettled(
+    rates: LoopRates, found: LatticeModes, beat: np.ndarray, time: np.ndarray, threads: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return a mask of orbits over a time (orbits,) with a frequency that is not sure, or a combination of frequencies
-    that may be 0.
+    that may be 0; and the errors (orbits, loops) that such a combination causes. beat (orbits, loops): see
+    `unresolved_relations`.
     """
-    known = np.where(found.owned, rates.nu, np.nan)
+    known = known_frequencies(rates, found)
     unsure = (found.owned & (rates.error * time[:, None] > UNSURE)).any(axis=1)
-    # Leading lines that are the frequencies themselves hide no other line that would be one.
-    own = np.eye(found.nu.shape[1], dtype=np.int64)
-    dominant = ((found.combination == own) | ~found.moving[:, :, None]).all(axis=(1, 2))
-    hidden = unresolved_relations(known, rates.error, time, threads) & ~dominant
-    return unsure | related(known, rates.error, threads) | hidden
+    distance = unresolved_relations(known, rates.error, beat, time, threads)
+    return unsure | (distance >= 0).any(axis=1), np.maximum(distance, 0.0)
+
+
+def known_frequencies(rates: LoopRates, found: LatticeModes) -> np.ndarray:
+    """Return the frequencies (orbits, loops) of generators, NaN for loops without their own."""
+    return np.where(found.owned, rates.nu, np.nan)
 
 
 def related(nu: np.ndarray, error: np.ndarray, threads: int) -> np.ndarray:
     """Return a mask of orbits whose frequencies (orbits, m) have a combination of 0 within its error."""
-    return _vanishing(nu, error, np.full(len(nu), np.inf), RESOLVED, 0.0, threads)
+    limits = RelationLimits(0.0, float(SHORT), 0.0, 0.0, 0.0)
+    time = np.full(len(nu), np.inf)
+    return np.asarray((_vanishing(nu, error, np.zeros_like(nu), time, limits, threads) >= 0).any(axis=1))
 
 
-def unresolved_relations(nu: np.ndarray, error: np.ndarray, time: np.ndarray, threads: int) -> np.ndarray:
-    """Return a mask of orbits whose frequencies (orbits, m) over a time (orbits,) have a combination that may be 0: too
-    short a time tells no more.
+def unresolved_relations(
+    nu: np.ndarray, error: np.ndarray, beat: np.ndarray, time: np.ndarray, threads: int
+) -> np.ndarray:
+    """Return for each of the frequencies (orbits, m) over a time (orbits,) the largest combination with it that may be
+    0, -1 for none: too short a time tells no more.
+
+    An orbit that a resonance has trapped has other frequencies: k . nu is then the rate of a libration, by up to which
+    the frequencies are off. beat (orbits, m): by how much the mean rates of loops differ from their lines, as they do
+    if another line is so close that none of a spectrum's peaks is its own; it may be a frequency that is not known.
     """
-    return _vanishing(nu, error, time, RESOLVED, CHANCE, threads)
+    return _vanishing(nu, error, beat, time, RelationLimits(RESOLVED, float(SHORT), CHANCE, LIBRATION, HIDDEN), threads)
 
 
-def close_lines(nu: np.ndarray, time: np.ndarray, cycles: float, threads: int) -> np.ndarray:
+def close_lines(nu: np.ndarray, time: np.ndarray, cycles: float, threads: int, chance: float = 0.0) -> np.ndarray:
     """Return a mask of orbits whose frequencies (orbits, m) have a short combination that turns by less than so many
-    cycles over a time (orbits,): strong lines are as close.
+    cycles over a time (orbits,): strong lines are as close. chance: see `RelationLimits`.
     """
-    return _vanishing(nu, np.zeros_like(nu), time, cycles, 0.0, threads)
+    none = np.zeros_like(nu)
+    limits = RelationLimits(cycles, float(SHORT), chance, 0.0, 0.0)
+    return np.asarray((_vanishing(nu, none, none, time, limits, threads) >= 0).any(axis=1))
 
 
 def _vanishing(
-    nu: np.ndarray, error: np.ndarray, time: np.ndarray, resolved: float, chance: float, threads: int
+    nu: np.ndarray, error: np.ndarray, beat: np.ndarray, time: np.ndarray, limits: RelationLimits, threads: int
 ) -> np.ndarray:
-    """Return a mask of orbits with a combination of 0; see `frequencies.kernels.relations.vanishing`."""
-    found = np.zeros(len(nu), bool)
-    limits = (resolved, float(SHORT), chance)
-    run(vanishing, len(nu), (nu, error, time, _combinations(nu.shape[1]), *limits, found), threads, BRIEF)
+    """Return the largest combinations (orbits, m) that may be 0; see `frequencies.kernels.relations.vanishing`."""
+    found = np.full(nu.shape, -1.0)
+    run(vanishing, len(nu), (nu, error, beat, time, _combinations(nu.shape[1]), limits, found), threads, BRIEF)
     return found
 
 

@@ -147,7 +147,7 @@ class FrequencyMap(Result):
         kinds = {entry.name.lower(): self.classification == entry for entry in Classification}
         said = describe(self.status, kinds) + of_single(self.status, "nu", self.names, self.nu)
         if np.any((self.status == Status.OK) & (self.classification == Classification.UNDECIDED)):
-            said += "; frequencies of undecided orbits have errors of 1/time"
+            said += "; frequencies of undecided orbits may be off by up to 1/time"
         if other := int(np.count_nonzero(self.other_basis)):
             said += f"; {other} with frequencies other than the dominant lines, see other_basis"
         return said

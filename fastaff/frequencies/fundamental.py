@@ -56,6 +56,9 @@ BRIEF = 4096
 AT_ONCE = 32
 """Orbits whose Fourier transforms are made at once."""
 
+SAMPLES_AT_ONCE = 1 << 13
+"""Samples of loops that are in memory at once where their lines are sought: 1 MiB."""
+
 LIMITS = LatticeLimits(sharp=0.1, minor=2e-3, visible=2e-3)
 """Error bar of a line, in cycles over the window, up to which it belongs to the lattice; and sizes, relative to its
 loop's largest, from which it does, and from which the lattice must explain it.
@@ -64,8 +67,16 @@ loop's largest, from which it does, and from which the lattice must explain it.
 WEAKEST = (2, 5, 12)
 """Numbers of lines that are sought beside those of the known generators, one after the other."""
 
+MODAL = 6
+"""Lines that are sought in the loop of a mode."""
+
 FAINT = 1e-10
 """Least amplitude of these, relative to the signals' sizes: 1e5 times the rounding errors."""
+
+REMAINS = 1e-4
+"""Amplitude, in the same unit, of a generator's line that is still there after it was removed: it has a neighbour that
+the time does not resolve. Leakage of other lines is far below, that of lines 1e-3 cycles apart is above.
+"""
 
 CLOSE = 0.5
 """Distance, in cycles over the window, up to which a line is not told from a short combination."""
@@ -337,7 +348,10 @@ def _with_weak(
     most = value.shape[1]
     rate = 1 / signals.interval[orbits]
     near, exact = _explained(value, bar, nu, spread, time, rate[:, None], bool((found.tail > FOLDED).any()), threads)
-    unexplained = np.where((strength > FAINT) & ~exact, strength, 0.0).max(axis=1, initial=0.0)
+    # The lines of generators have been removed: one that remains has a neighbour, closer than the resolution.
+    apart = np.abs(value[:, :, None] - np.where(found.owned, found.nu, np.inf)[:, None, :]).min(axis=2)
+    remains = (apart <= bar + EXACT / time) & (strength > REMAINS)
+    unexplained = np.where((strength > FAINT) & (~exact | remains), strength, 0.0).max(axis=1, initial=0.0)
     used = (strength > FAINT) & ~near & ~exact & (bar * time < LIMITS.sharp)
     used &= strength > LIMITS.minor * strength.max(axis=1, keepdims=True)
     order = np.argsort(-np.where(used, strength, 0.0), axis=1, kind="stable")
@@ -411,7 +425,6 @@ def _weak_lines(
     m = found.moving.shape[1]
     count = orbits.size
     rows = spectra.rows
-    value, bar, strength = np.zeros((3, count, m * lines))
     amplitude = _dual(signals, spectra, orbits, found.rank, nu, threads).amplitude
     moving = np.repeat(found.moving, 2, axis=1)
     c = np.zeros((count, m, signals.rows), complex)
@@ -424,16 +437,26 @@ def _weak_lines(
             c[o, j, own] = left[:, 2 * j] - 1j * left[:, 2 * j + 1]
     c[:, :, : 2 * m] /= rows.size[orbits][:, None]
     offset, drift = ((c[:, :, : 2 * m] * entry[orbits][:, None]).sum(axis=2) for entry in (rows.centre, rows.drift))
-    some = signals.of(orbits)
-    loops = Loops(c, offset, drift)
-    for alike in some.alike():
-        row, place = np.nonzero(c[alike].any(axis=2))
+    return _lines_in(signals.of(orbits), Loops(c, offset, drift), spectra.n[orbits], lines, threads)
+
+
+def _lines_in(
+    signals: Signals, loops: Loops, samples: np.ndarray, lines: int, threads: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return frequencies, error bars and amplitudes (orbits, m lines) of so many lines of each of m loops, over so many
+    samples (orbits,).
+    """
+    count, m = loops.c.shape[:2]
+    value, bar, strength = np.zeros((3, count, m * lines))
+    for alike in signals.alike():
+        row, place = np.nonzero(loops.c[alike].any(axis=2))
         owner = alike[row]
-        for begin in range(0, owner.size, AT_ONCE):
-            part = slice(begin, begin + AT_ONCE)
-            f = values(some, loops, owner[part], place[part], threads)[:, : spectra.n[orbits[alike[0]]]]
+        at_once = max(1, min(AT_ONCE, SAMPLES_AT_ONCE // int(samples[alike[0]])))
+        for begin in range(0, owner.size, at_once):
+            part = slice(begin, begin + at_once)
+            f = values(signals, loops, owner[part], place[part], threads)[:, : samples[alike[0]]]
             got = lines_of(f, lines, threads)
-            unit = f.shape[1] * float(some.interval[alike[0]])
+            unit = f.shape[1] * float(signals.interval[alike[0]])
             known = (np.abs(got.value) > 2) & (got.strength > 0) & (got.bar < 1)
             for i, (orbit, loop) in enumerate(zip(owner[part], place[part], strict=True)):
                 at = slice(loop * lines, (loop + 1) * lines)
@@ -441,6 +464,22 @@ def _weak_lines(
                 bar[orbit, at] = np.where(known[i], got.bar[i], 0.0) / unit
                 strength[orbit, at] = np.where(known[i], got.strength[i], 0.0)
     return value, bar, strength
+
+
+def has_other_lines(signals: Signals, loops: Loops, found: LatticeModes, threads: int) -> np.ndarray:
+    """Return a mask of orbits of which the loops of modes have a sharp, visible line that the frequencies do not
+    explain: these may be harmonics of a line that lies next to another one in all coordinates.
+    """
+    m = found.nu.shape[1]
+    nu = np.where(found.owned, found.nu, 0.0)
+    spread = np.where(found.owned, found.spread, 0.0)
+    value, bar, strength = _lines_in(signals, loops, fast_lengths(signals.samples), MODAL, threads)
+    time = signals.time[:, None]
+    aliased = bool((found.tail > FOLDED).any())
+    _, exact = _explained(value, bar, nu, spread, time, 1 / signals.interval[:, None], aliased, threads)
+    largest = strength.reshape(-1, m, MODAL).max(axis=2, keepdims=True)
+    seen = (strength.reshape(-1, m, MODAL) > LIMITS.visible * largest).reshape(strength.shape)
+    return (seen & (bar * time < LIMITS.sharp) & ~exact).any(axis=1)
 
 
 def lines_of(f: np.ndarray, lines: int, threads: int) -> RankedLines:
@@ -455,12 +494,12 @@ def lines_of(f: np.ndarray, lines: int, threads: int) -> RankedLines:
 
 def transforms_of(f: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the Fourier transforms of signals f (signals, samples), complex: windowed, and for harmonic inversion; and
-    the edges of the sums of these. See `loop_transforms.prepare_values`.
+    the edges of the sums of these; until the next call. See `loop_transforms.prepare_values`.
     """
     count, n = f.shape
     size = int(band_sizes(np.array([n]))[0])
-    windowed = np.empty((count, n), complex)
-    sums = np.empty((count, SUMS, size), complex)
+    windowed = BUFFERS.windowed.complexes(count, n)
+    sums = BUFFERS.sums.complexes(count, SUMS, size)
     edges = np.empty((count, 2, 3), complex)
     real = np.ascontiguousarray(f).view(float), apart_window(n), windowed.view(float), sums.view(float)
     run(loop_transforms.prepare_values, count, (*real, edges), threads)
@@ -517,7 +556,9 @@ def _dual(
     n = spectra.n[which]
     own = signals.of(which)
     found = spectra.rows
-    scaling = found.drift[which], found.centre[which], 1 / found.size[which]
+    # Rows at rest are rounding errors, which in units of their size would be as large as motions.
+    units = np.where(np.repeat(found.moving[which], 2, axis=1), 1 / found.size[which], 0.0)
+    scaling = found.drift[which], found.centre[which], units
     tables = tables_for(cosine_window, n)
     arguments = own.ragged, n, tables, own.interval, scaling, rank, nu, made
     run(dual_loops.dual_loops, orbits, arguments, threads)
@@ -563,8 +604,8 @@ def _greedy(score: np.ndarray) -> np.ndarray:
 
 def values(signals: Signals, loops: Loops, orbits: np.ndarray, number: np.ndarray, threads: int) -> np.ndarray:
     """Return the values (count, samples) of loops given by their orbits (count,), of equally many samples, and their
-    numbers (count,) in these.
+    numbers (count,) in these; until the next call.
     """
-    f = np.empty((orbits.size, int(signals.samples[orbits[0]])), complex)
+    f = BUFFERS.values.complexes(orbits.size, int(signals.samples[orbits[0]]))
     run(loop_values, orbits.size, (signals.ragged, orbits, number, loops.complexes(), f), threads)
     return f

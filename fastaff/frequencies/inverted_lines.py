@@ -131,6 +131,15 @@ def inverted_values(f: np.ndarray, nu: np.ndarray) -> LineRates:
     return LineRates(*(entry[:, 0] for entry in inverted(signals, loops, near[:, None], 1)))
 
 
+def beats(signals: Signals, loops: Loops, nu: np.ndarray, threads: int) -> np.ndarray:
+    """Return the largest differences (orbits, loops) of mean rates of loops over the halves, in smooth windows, from
+    their lines nu (orbits, loops); 0 where there is no line.
+    """
+    mean = _lines(signals, loops, nu, _windows(signals.samples, False), threads).mean[:, :, 1:]
+    off = np.abs(mean).max(axis=2) / signals.interval[:, None]
+    return np.where(np.isfinite(off), off, 0.0)
+
+
 def changes(coarse: Signals, fine: Signals, loops: Loops, nu: np.ndarray, threads: int) -> np.ndarray:
     """Return the differences (orbits, loops, 3) of the frequencies of lines by nu (orbits, loops) between two signals
     of the same orbits, over the samples of `fine` and over their halves; 0 where there is no line.

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .classify import changing, close_lines, unexplained, unsettled
-from .fundamental import LatticeModes, Loops, modes
-from .inverted_lines import PARTS
+from .classify import CHANCE, RESOLVED, changing, close_lines, known_frequencies, unexplained, unsettled
+from .fundamental import LatticeModes, Loops, has_other_lines, modes, taken
+from .inverted_lines import PARTS, beats
 from .loop_rates import LoopRates, line_frequencies
 from .signals import Signals
 
@@ -59,7 +59,17 @@ def lattices_of(s: Signals, start: Signals | None, m: int, threads: int) -> Latt
     aliased = found.tail[:, None] ** ALIASED
     error = rates.error + (np.where(unknown, 1.0, 0.0) + aliased) / time + drifted(rates)
     rates = rates._replace(error=error)
-    ambiguous |= unsettled(rates, found, s.time, threads)
+    beat = np.zeros_like(error)
+    close = np.flatnonzero(close_lines(known_frequencies(rates, found), s.time, RESOLVED, threads, CHANCE))
+    if close.size:
+        some = s.of(close), taken(loops, close)
+        beat[close] = beats(*some, np.where(found.owned[close], rates.nu[close], 0.0), threads)
+        concealed = close[has_other_lines(*some, taken(found, close), threads)]
+        ambiguous[concealed] = True
+        error[concealed] += np.where(found.moving[concealed], 1.0, 0.0) / time[concealed]
+    unsure, distance = unsettled(rates, found, beat, s.time, threads)
+    rates = rates._replace(error=np.maximum(error, distance))
+    ambiguous |= unsure
     return Lattices(found, rates, ambiguous, irregular, aliased)
 
 
@@ -70,7 +80,7 @@ def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Latti
     crowd = max(1, found.nu.shape[1] - 1)
     # The rounding of a coordinate that has grown is relative to its size, not to its swing.
     rounded = GROWN * np.abs(loops.drift) * s.samples[:, None] * np.abs(found.nu)
-    known = np.where(found.owned, rates.nu, np.nan)
+    known = known_frequencies(rates, found)
     close = np.where(close_lines(known, s.time, 2 / min(PARTS), threads), CLOSE_LINES, 1.0)[:, None]
     return rates._replace(error=np.where(found.moving, close * crowd * rates.error + rounded, np.inf))
 

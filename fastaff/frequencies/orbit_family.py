@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Any
@@ -12,13 +13,15 @@ from ..core.classification import Classification
 from ..core.interruption import imported
 from ..core.numbers import shown, whole
 from ..core.status import Status, describe
+from ..results.calls import Starts
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from ..runs.integrate import integrate
-from ..runs.requirements import current_system
+from ..runs.requirements import checked_system, current_system, phase_points
+from ..systems.models.contracts import Dynamics
 from .frequencies import FrequencyMap
-from .own_lines import about_an_axis, by_own_lines, own_lines
-from .resonances import MAX_ORDER, equation, resonances
+from .own_lines import about_an_axis, by_own_lines, in_turns, own_lines
+from .resonances import MAX_ORDER, TOLERANCE, equation, line_resonances
 
 PERIODS = 100.0
 """Periods over which the turns of an orbit about the centre are counted; at most the time of the map."""
@@ -139,16 +142,24 @@ class OrbitFamilies(Result):
         at = whole("orbit", orbit, -self.family.size, self.family.size - 1)
         if self.status[at] != Status.OK:
             return Status(int(self.status[at])).name.lower().replace("_", " ")
-        return self._named(OrbitFamily(int(self.family[at])), int(self.sense[at]), tuple(self.resonance[:, at]))
+        family, k = OrbitFamily(int(self.family[at])), tuple(self.resonance[:, at])
+        return self._named(family, int(self.sense[at]), k, not self.unnamed[at])
 
-    def _named(self, family: OrbitFamily, sense: int, k: tuple[int, ...]) -> str:
-        """Return the name of a family from its sense and the integers of its resonance."""
+    @property
+    def unnamed(self) -> np.ndarray:
+        """Mask of the orbits with two equal lines whose turns are not known: loops or resonant orbits."""
+        equal = (np.abs(self.resonance).sum(axis=0) == 2) & (self.resonance.sum(axis=0) == 0)
+        return (self.family == OrbitFamily.RESONANT) & equal & np.isnan(self.turns)
+
+    def _named(self, family: OrbitFamily, sense: int, k: tuple[int, ...], counted: bool) -> str:
+        """Return the name of a family from its sense, the integers of its resonance and whether turns are known."""
         word = family.name.lower()
         if family == OrbitFamily.LOOP:
             axis = "" if len(k) == 2 else next(name for name, entry in zip(self.names, k, strict=True) if not entry)
             return f"{axis + ' tube' if axis else word} {'+' if sense > 0 else '-'}"
         if family != OrbitFamily.RESONANT:
             return word
+        word = word if counted else f"loop or {word}"
         ends = [int(entry) for entry in k if entry]
         if len(k) == 2 and ends[0] * ends[1] < 0:
             return f"{word} {abs(ends[0])}:{abs(ends[1])}"
@@ -196,11 +207,21 @@ class OrbitFamilies(Result):
         str
             Summary.
         """
-        return describe(self.status, self.members())
+        text = describe(self.status, self.members())
+        if not self.unnamed.any():
+            return text
+        return f"{text}; turns need the model and z0, which parts joined and samples do not have: give both"
 
 
 @says_progress
-def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads: int | None = None) -> OrbitFamilies:
+def orbit_families(
+    frequency_map: FrequencyMap,
+    *,
+    max_order: int = 12,
+    model: Dynamics | None = None,
+    z0: Starts | None = None,
+    threads: int | None = None,
+) -> OrbitFamilies:
     r"""Sort the orbits of a frequency map into families: box, loop, resonant, irregular, undecided.
 
     Parameters
@@ -209,6 +230,10 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
         Result of `frequency_map` for a system with two or three Cartesian coordinates, about a centre at the origin.
     max_order : int, default 12
         Largest order :math:`|k|_1` of a resonance, from 2 to 50.
+    model : model, optional
+        Model of the orbits, with `z0`. Default: that of the call of `frequency_map`, also for a part of its result.
+    z0 : array_like, shape (2n, orbits), EnergyGrid or EnergySample, optional
+        Initial conditions of the orbits, with `model`. Default: those of the call.
     threads : int, optional
         Number of threads. Default: all.
 
@@ -222,7 +247,8 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
     TypeError
         If `frequency_map` is of a wrong kind.
     ValueError
-        If its frequencies are not those of two or three coordinates, or `max_order` is out of its range.
+        If its frequencies are not those of two or three coordinates in time, `max_order` is out of its range, or
+        `z0` does not suit.
 
     Notes
     -----
@@ -232,7 +258,8 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
       counted over 100 to 200 periods.
     - UNDECIDED orbits of the map with sharp, commensurable lines are trapped in a resonance. Chaos that is slower than
       the run is not detected.
-    - If the model is not known, no orbit is a loop. It is not known for parts of a result and for samples.
+    - For samples and joined results, model and initial conditions are not known. Orbits with two equal lines are then
+      ``loop or resonant 1:1``, unless you give `model` and `z0`.
     - Cost: one integration of the orbits with two equal lines.
 
     References
@@ -251,16 +278,24 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
     found: Any = frequency_map
     if not isinstance(found, FrequencyMap):
         raise TypeError(f"frequency_map must be a FrequencyMap, got {shown(frequency_map)}")
+    if in_turns(found):
+        raise ValueError("frequency_map must be of a system in time, got that of a map. Loops are orbits in time.")
     if not by_own_lines(found) or about_an_axis(found) or len(found.names) not in (2, 3):
         raise ValueError(
             f"frequency_map must have frequencies of two or three Cartesian coordinates, got {', '.join(found.names)}"
         )
     max_order = whole("max_order", max_order, 2, MAX_ORDER)
     n = len(found.names)
+    if (model is None) != (z0 is None):
+        raise ValueError(f"model and z0 must be given together, got {'z0' if model is None else 'model'} alone")
+    if model is None:
+        model, starts = start_of(found)
+    else:
+        starts = phase_points("z0", getattr(z0, "z0", z0), checked_system(model))
+        if starts.shape != (2 * n, found.status.size):
+            raise ValueError(f"z0 must have shape {(2 * n, found.status.size)}, got {starts.shape}")
     own, error = own_lines(found)
-    lines = resonances(
-        np.nan_to_num(own), errors=np.where(np.isfinite(own), error, np.inf), max_order=max_order, threads=threads
-    )
+    lines = line_resonances(found, max_order, TOLERANCE, found.names, threads)
     commensurable = (lines.status == Status.OK) & (lines.rank > 0)
     k = np.where(commensurable, lines.basis[0], 0)
     fine = found.status == Status.OK
@@ -276,19 +311,18 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
     family[locked] = OrbitFamily.RESONANT
     family[regular & (found.basis.any(axis=1) == 0).any(axis=0)] = OrbitFamily.UNDECIDED
     family[regular & (np.nan_to_num(own) == 0).any(axis=0)] = OrbitFamily.AXIAL
-    model, z0 = start_of(found)
     turns = np.full(family.size, np.nan)
     sense = np.zeros(family.size, np.int64)
     if model is not None:
         for i, j in [(0, 1), (1, 2), (0, 2)][: 1 if n == 2 else 3]:
             pair = (family == OrbitFamily.RESONANT) & (k[i] * k[j] == -1) & (np.abs(k).sum(axis=0) == 2)
             if pair.any():
-                turns[pair] = _turns(model, z0[:, pair], own[i, pair], (i, j), found.time, threads)
+                turns[pair] = _turns(model, starts[:, pair], own[i, pair], (i, j), found.time, threads)
         with np.errstate(invalid="ignore"):
             family[np.abs(turns) > SWINGING] = OrbitFamily.UNDECIDED
             family[np.abs(turns) > TURNING] = OrbitFamily.LOOP
         sense = np.where(family == OrbitFamily.LOOP, np.sign(np.nan_to_num(turns)), 0).astype(np.int64)
-    energy, momentum, radius = start_values(found).values()
+    energy, momentum, radius = values_at(model, starts, n, found.status.size).values()
     return OrbitFamilies(
         names=tuple(found.names),
         family=family,
@@ -304,14 +338,19 @@ def orbit_families(frequency_map: FrequencyMap, *, max_order: int = 12, threads:
 
 
 def start_of(found: FrequencyMap) -> tuple[Any, Any]:
-    """Return the model of a frequency map and its initial conditions (2n, orbits), None where they are not known."""
-    call: Any = getattr(found, "call", None)
+    """Return the model of a frequency map, or of the map that it is a part of, and its initial conditions (2n, orbits),
+    None where they are not known.
+    """
+    origin: Any = getattr(found, "origin", None)
+    call: Any = getattr(found, "call", getattr(origin, "call", None))
     try:
         files = imported("..exchange.files", __package__)
         model, z0 = (files.decoded(name, call.arguments[name], {}) for name in ("model", "z0"))
     except (AttributeError, KeyError, ValueError):
         return None, None
     z0 = np.asarray(z0, dtype=float).reshape(len(z0), -1)
+    if not hasattr(found, "call") and z0.shape[1] == math.prod(origin.shape):
+        z0 = z0[:, origin.items()]
     n = len(found.names)
     return (model, z0) if z0.shape == (2 * n, found.status.size) else (None, None)
 
@@ -320,10 +359,13 @@ def start_values(found: FrequencyMap) -> dict[str, np.ndarray]:
     """Return energy, angular momentum of the first two coordinates, and radius (orbits,) of the initial conditions of a
     frequency map, by name; NaN if they are not known.
     """
-    model, z0 = start_of(found)
-    n = len(found.names)
+    return values_at(*start_of(found), len(found.names), found.status.size)
+
+
+def values_at(model: Any, z0: Any, n: int, orbits: int) -> dict[str, np.ndarray]:
+    """Return the same of a model at initial conditions (2n, orbits), which may be None."""
     if model is None or n < 2:
-        return dict.fromkeys(START_VALUES, np.full(found.status.size, np.nan))
+        return dict.fromkeys(START_VALUES, np.full(orbits, np.nan))
     x, y = z0[:2]
     p_x, p_y = z0[n : n + 2]
     values = current_system(model).energies(z0), x * p_y - y * p_x, np.sqrt((z0[:n] ** 2).sum(axis=0))

@@ -202,9 +202,10 @@ def _count_turns(
     # A rate that has no place may be a frequency of its own.
     ambiguous[wound] &= found.moving[wound].any(axis=1)
     ambiguous[wound] |= unexplained_size
-    ambiguous[wound] |= unresolved_relations(
-        np.where(mine.known, mine.rates.nu, np.nan), mine.rates.error, s.time[wound], threads
-    )
+    nu = np.where(mine.known, mine.rates.nu, np.nan)
+    distance = unresolved_relations(nu, mine.rates.error, np.zeros_like(nu), s.time[wound], threads)
+    ambiguous[wound] |= (distance >= 0).any(axis=1)
+    rates.error[wound] = np.maximum(rates.error[wound], distance)
 
 
 def _with_scheme(

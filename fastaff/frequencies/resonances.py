@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -33,7 +33,10 @@ from ..engine.threads import checked_threads
 from ..results.progress import says_progress
 from ..results.result import Result, along
 from .kernels.resonance import relations
-from .own_lines import TURN, with_turn
+from .own_lines import TURN, by_own_lines, own_lines, with_turn
+
+TOLERANCE = 1e-9
+"""Relative width of a resonance of frequencies without errors."""
 
 SHOWN = 12
 """Resonances that are printed by name."""
@@ -72,6 +75,9 @@ class Resonances(Result):
     status : ndarray of int, shape (...)
         `Status` of each orbit: NONFINITE if a frequency is not finite; NOT_CONVERGED if its error is not finite or the
         errors are too wide; else that of the given result. Orbits that are not OK have rank 0.
+    lines : Resonances, optional
+        The same for the dominant lines of the coordinates, which figures and `orbit_families` use: a loop in a galaxy
+        has ``nu_x - nu_y = 0``. None for others than a frequency map of coordinates in time.
 
     References
     ----------
@@ -88,6 +94,7 @@ class Resonances(Result):
     width: Annotated[np.ndarray, along("vector", "orbit", unit="cycles/time")]
     accidental: Annotated[np.ndarray, along("orbit")]
     status: Annotated[np.ndarray, along("orbit")]
+    lines: Annotated[Resonances | None, along("orbit")] = None
 
     @property
     def dimension(self) -> np.ndarray:
@@ -138,6 +145,13 @@ class Resonances(Result):
 
     def __str__(self) -> str:
         """Return the fields, and the frequent resonances by name with the share of orbits that have them."""
+        rows = [f"  orbits      share  resonance, to order {self.max_order}", *self._rows()]
+        if self.lines is not None:
+            rows += ["  orbits      share  resonance of the dominant lines", *self.lines._rows()]
+        return "\n".join([super().__str__(), *rows])
+
+    def _rows(self) -> list[str]:
+        """Return lines of text with the frequent resonances."""
         table = self.table()
         total = np.count_nonzero(self.status == Status.OK)
         rows = [
@@ -145,8 +159,7 @@ class Resonances(Result):
             for basis, count in table[:SHOWN]
         ]
         rest = sum(count for _, count in table[SHOWN:])
-        rows += [f"  {rest:8d}  {rest / total:6.1%}  {len(table) - SHOWN} others"] if rest else []
-        return "\n".join([super().__str__(), f"  orbits      share  resonance, to order {self.max_order}", *rows])
+        return rows + ([f"  {rest:8d}  {rest / total:6.1%}  {len(table) - SHOWN} others"] if rest else [])
 
     def summary(self) -> str:
         """Return one line with the number of orbits that have no resonance, one, two and more.
@@ -154,11 +167,14 @@ class Resonances(Result):
         Returns
         -------
         str
-            Summary.
+            Summary. For a frequency map it has the number of orbits with resonant dominant lines too.
         """
         ranks = [int(rank) for rank in np.unique(self.rank)]
         said = {rank: "not resonant" if rank == 0 else f"with {counted(rank, 'resonance')}" for rank in ranks}
-        return describe(self.status, {words: self.rank == rank for rank, words in said.items()})
+        text = describe(self.status, {words: self.rank == rank for rank, words in said.items()})
+        if self.lines is None:
+            return text
+        return f"{text}; {counted(int(np.count_nonzero(self.lines.rank)), 'orbit')} with resonant dominant lines"
 
 
 def relation(k: Sequence[int], names: Sequence[str]) -> tuple[list[tuple[int, str]], int, str]:
@@ -208,7 +224,7 @@ def resonances(
     nu: ArrayLike | Result,
     *,
     max_order: int = 8,
-    tolerance: float = 1e-9,
+    tolerance: float = TOLERANCE,
     errors: ArrayLike | None = None,
     names: Sequence[str] | None = None,
     threads: int | None = None,
@@ -220,9 +236,7 @@ def resonances(
     ----------
     nu : array_like, shape (n, ...), or result
         Frequencies of n = 2, 3 or 4 angles. A `FrequencyMap`, `ActionAngles` or `Tunes` provides names and errors too.
-        For tunes and a frequency map of a map of up to three planes, the frequency 1 of the turn is appended. For the
-        dominant lines of coordinates, in which a loop in a galaxy has ``nu_x - nu_y = 0``, give ``found.dominant`` with
-        ``errors=found.dominant_error``.
+        For tunes and a frequency map of a map of up to three planes, the frequency 1 of the turn is appended.
     max_order : int, default 8
         Largest order :math:`|k|_1` of the vectors searched, from 1 to 50.
     tolerance : float, default 1e-9
@@ -237,7 +251,8 @@ def resonances(
     Returns
     -------
     `Resonances`
-        Rank, basis and widths of each orbit.
+        Rank, basis and widths of each orbit. For a frequency map of coordinates in time, its ``lines`` are the
+        resonances of their dominant lines.
 
     Raises
     ------
@@ -258,6 +273,8 @@ def resonances(
     - Accidental: :math:`\sum_k 2 c_n\,\mathrm{width}(k)/(|k|_2 |\nu|_2)`, :math:`c_n =
       \Gamma(n/2)/(\sqrt{\pi}\,\Gamma((n - 1)/2))`. If it is not far below 1, reduce `max_order`, `tolerance` or the
       errors. For n = 4 it is 2e-6 by default, 1e-5 at order 12.
+    - Two kinds: ``nu`` are independent frequencies, whose resonances reduce the dimension of the torus. Loops fill two
+      dimensions, but their coordinates have one dominant line: ``resonances(found).lines`` counts them.
     - Cost: 15 flops an orbit and vector; n = 4 has 1640 vectors. Memory: 64 bytes an orbit beyond the results.
 
     References
@@ -273,6 +290,7 @@ def resonances(
     """
     checked_callback(callback)
     given: Any = nu
+    lined = given if errors is None and isinstance(given, Result) and by_own_lines(given) else None
     if hasattr(given, "nu") and hasattr(given, "names"):  # a result that carries its names
         own, given, error = with_turn(given)
         names = own if names is None else names
@@ -329,7 +347,27 @@ def resonances(
         if status.size:
             arguments = (n, table, flat, spread, rank, basis)
             launch(relations, arguments, progress, float(progress.size), count, callback)
-    return found()
+    if lined is None:
+        return found()
+    return replace(found(), lines=line_resonances(lined, max_order, tolerance, names, threads))
+
+
+def line_resonances(
+    found: Any, max_order: int, tolerance: float, names: Sequence[str], threads: int | None
+) -> Resonances:
+    """Return the resonances of the coordinates' own lines of a frequency map."""
+    own, error = own_lines(found)
+    error = np.where(np.isfinite(own), error, np.inf)
+    given = np.nan_to_num(own)
+    made = resonances(given, max_order=max_order, tolerance=tolerance, errors=error, names=names, threads=threads)
+    fine = found.status == Status.OK
+    return replace(
+        made,
+        rank=np.where(fine, made.rank, 0),
+        basis=np.where(fine, made.basis, 0),
+        order=np.where(fine, made.order, 0),
+        status=np.where(fine, made.status, found.status),
+    )
 
 
 def widths(nu: np.ndarray, tolerance: float, errors: np.ndarray) -> np.ndarray:

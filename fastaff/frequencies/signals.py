@@ -99,19 +99,24 @@ class ReusableBuffer:
             self._numbers = in_lines(size)
         return self._numbers[:size].reshape(shape)
 
+    def complexes(self, *shape: int) -> np.ndarray:
+        """Return a complex array of that shape, with arbitrary numbers."""
+        return self.array(*shape[:-1], 2 * shape[-1]).view(complex)
+
 
 class Buffers(threading.local):
     """Rooms of the calls of a thread: for signals of runs, those of their starts with a finer step, spectra and the
-    sums of bands.
+    sums of bands; values, transforms and sums of single loops.
     """
 
     def __init__(self):
-        self.signals, self.starts, self.spectra, self.bands = (
-            ReusableBuffer(),
-            ReusableBuffer(),
-            ReusableBuffer(),
-            ReusableBuffer(),
-        )
+        self.signals = ReusableBuffer()
+        self.starts = ReusableBuffer()
+        self.spectra = ReusableBuffer()
+        self.bands = ReusableBuffer()
+        self.values = ReusableBuffer()
+        self.windowed = ReusableBuffer()
+        self.sums = ReusableBuffer()
 
 
 BUFFERS = Buffers()

@@ -37,7 +37,8 @@ class Event(IntEnum):
     PERIOD_DOUBLING : 2
         A residue passes 1; an orbit of twice the period branches off.
     NEIMARK_SACKER : 3
-        A complex pair of multipliers of an ODE system passes the unit circle; an invariant torus branches off.
+        A complex pair of multipliers of an ODE system, or of a map that is not symplectic, passes the unit circle; an
+        invariant torus or closed curve branches off.
     """
 
     FOLD = 0

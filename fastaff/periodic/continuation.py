@@ -17,7 +17,7 @@ from ..results.calls import Starts, coerces_arguments, records_call
 from ..results.progress import tell
 from ..results.result import Result, along
 from ..runs.options import Options, plan
-from ..runs.requirements import check_needs, current_system
+from ..runs.requirements import carried, check_needs, current_system
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..systems.formulas.section_text import section_of
 from ..systems.models.contracts import Dynamics, Section
@@ -230,7 +230,7 @@ def continuation(
         own = step is None and flow.fixed
         scale = orbit_scale(system, z, first.energy, flow.threads)
         first_flow = flow if flow.adaptive or section is None else replace(flow, step=first.step)
-        returns = np.moveaxis(first.points, (0, 1, 2), (2, 1, 0))
+        returns = carried(np.moveaxis(first.points, (0, 1, 2), (2, 1, 0)), system, axis=2)
         scale = closed_scale(first_flow, z, returns, first.period, scale)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept = None if parameter is None else float(first.energy[0])

@@ -31,14 +31,14 @@ MARGINAL = 1e-6
 class Stability(IntEnum):
     """Kind of a periodic orbit, by the pair of multipliers farthest from the unit circle.
 
-    R is the residue of this pair. The multipliers of ODE systems have no pairs.
+    R is the residue of this pair. The multipliers of ODE systems, and of maps that are not symplectic, have no pairs.
 
     Attributes
     ----------
     ELLIPTIC : 0
         The pair is on the unit circle, 0 < R < 1.
     PARABOLIC : 1
-        The pair is at 1 or -1, R = 0 or 1. For ODE systems a multiplier is on the unit circle.
+        The pair is at 1 or -1, R = 0 or 1. Without pairs, a multiplier is on the unit circle.
     HYPERBOLIC : 2
         The pair is positive, R < 0.
     INVERSE_HYPERBOLIC : 3
@@ -48,11 +48,11 @@ class Stability(IntEnum):
     UNKNOWN : 5
         The orbit did not converge.
     ATTRACTING : 6
-        ODE systems: all multipliers are within the unit circle.
+        Without pairs: all multipliers are within the unit circle.
     SADDLE : 7
-        ODE systems: some multipliers are within the unit circle, some beyond.
+        Without pairs: some multipliers are within the unit circle, some beyond.
     REPELLING : 8
-        ODE systems: all multipliers are beyond the unit circle.
+        Without pairs: all multipliers are beyond the unit circle.
     """
 
     ELLIPTIC = 0
@@ -89,7 +89,7 @@ class PeriodicOrbits(Result):
         Derivative of the flow over the period at `z`.
     reduced_monodromy : ndarray, shape (2n - 2, 2n - 2, orbits)
         Derivative of the section map within the energy surface, in a basis that is orthonormal in own units. For ODE
-        systems the shape is (d - 1, d - 1, orbits).
+        systems the shape is (d - 1, d - 1, orbits), for maps of d variables (d, d, orbits).
     residual : ndarray, shape (orbits,)
         Distance ``|flow(z) - z|`` in own units.
     error : ndarray, shape (orbits,)
@@ -112,7 +112,8 @@ class PeriodicOrbits(Result):
     scheme : Scheme
         Integration method.
     symplectic : bool
-        False for ODE systems. Their multipliers have no pairs, so indices and residues are NaN.
+        False for ODE systems and for maps that are not symplectic. Their multipliers have no pairs, so indices and
+        residues are NaN.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -346,7 +347,7 @@ def packed(
         names=system.row_names,
         section=section,
         scheme=flow.scheme,
-        symplectic=system.canonical,
+        symplectic=system.symplectic,
     )
 
 
@@ -363,7 +364,7 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
 def no_orbits(system: System, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none, the result of a search that was stopped at once."""
     rows = system.rows
-    symplectic = system.canonical
+    symplectic = system.symplectic
     z = np.zeros((rows, 0))
     matrices = np.zeros((rows, rows, 0))
     reduced = matrices if section is None else matrices[2:, 2:] if symplectic else matrices[1:, 1:]

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..runs.flow import Flow
 from ..runs.scales import motion, natural_rates
-from ..runs.schemes.catalogue import DOP853
+from ..runs.schemes.catalogue import DOP853, ITERATION
 from ..systems.models.mechanics import System
 
 LOOKS = 64
@@ -86,6 +86,8 @@ def orbit_scale(system: System, z: np.ndarray, energy: np.ndarray, threads: int)
     """Return the own units of the orbits through z (2n, orbits), those of `MotionScales`; |energy - H(z)| counts if it
     exceeds the kinetic energy.
     """
+    if system.iterated and not system.symplectic:
+        return _scale_of_images(system, z, threads)
     if not system.canonical:
         return _scale_of_flow(system, z, threads)
     found = motion(system, z, threads)
@@ -102,6 +104,23 @@ def orbit_scale(system: System, z: np.ndarray, energy: np.ndarray, threads: int)
             rows[0, -1] = system.model.period
             rows[1, -1] = K
         return Scale(rows.reshape(-1, *K.shape), found.rate, K)
+
+
+def _scale_of_images(system: System, z: np.ndarray, threads: int) -> Scale:
+    """Return the own units of orbits of a map that is not symplectic: half of the range of LOOKS iterates, or the
+    distance from 0 if that is larger, half of the period of an angle, and the rate 1. Iterates may come to rest.
+    """
+    orbits = z.shape[1]
+    flow = Flow(system, ITERATION, 1.0, LOOSE, LOOSE, threads)
+    path = flow.sampled(flow.ensemble(np.array(z, order="C")), LOOKS, time=float(LOOKS))
+    size = _half_ranges(np.concatenate([z.T[:, None], path], axis=1))
+    size = np.fmax(np.where(np.isfinite(size), size, 0.0), np.abs(z))
+    size = np.where(size > 0, size, 1.0)
+    periods = system.model.periods()
+    for row in range(system.rows):
+        if periods[row] > 0:
+            size[row] = periods[row] / 2
+    return Scale(size, np.ones(orbits), np.zeros(orbits))
 
 
 def _scale_of_flow(system: System, z: np.ndarray, threads: int) -> Scale:
@@ -220,14 +239,15 @@ def _rows_of_size(flow: Flow, n: int) -> np.ndarray:
         moving = [i for i, period in enumerate(flow.model.periods()[:n]) if not period > 0]
     else:
         moving = list(range(system.moving))
-    return np.array([*moving, *(n + i for i in moving)], np.int64)
+    both = np.array([*moving, *(n + i for i in moving)], np.int64)
+    return both[both < system.rows]
 
 
 def _linear_reach(flow: Flow, z: np.ndarray, scale: Scale, free: np.ndarray) -> np.ndarray:
     """Return the part (orbits,) of the units within which the map, or dz/dt, is linear about z (2n, orbits): second
     differences stay below first ones; 1 where it is linear in all of the unit.
     """
-    change = _iterate(flow.model) if flow.system.iterated else flow.system.slopes
+    change = _iterate(flow.system) if flow.system.iterated else flow.system.slopes
     rows = scale.rows
 
     def linear(part: np.ndarray) -> np.ndarray:
@@ -258,6 +278,6 @@ def _linear_reach(flow: Flow, z: np.ndarray, scale: Scale, free: np.ndarray) -> 
     return np.where(whole, 1.0, 10.0**low)
 
 
-def _iterate(model: Any) -> Any:
+def _iterate(system: System) -> Any:
     """Return the map as a function of phase points (2n, orbits)."""
-    return lambda z: np.array(np.broadcast_arrays(*model.iterate(*z)))
+    return lambda z: np.array(np.broadcast_arrays(*system.model.iterate(*z[: system.rows])))

@@ -64,10 +64,8 @@ FINER = 8.0
 def checked_guesses(system: System, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
     """Check the arguments of searches; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
     name = kind_of(system.model)
-    if system.iterated and not system.symplectic:
-        raise ValueError(f"model {name} is not symplectic: its periodic orbits have no residues")
     check_given(system, "a return at an energy", energy=energy)
-    if not system.canonical and system.rows < 2:
+    if not (system.canonical or system.iterated) and system.rows < 2:
         raise ValueError(f"model {name} must have two variables or more to return, it has one")
     if system.energetic and system.n < 2:
         raise ValueError(f"model {name} must have two degrees of freedom or more, it has {system.n}")
@@ -217,12 +215,14 @@ def _images(flow: Flow, z: np.ndarray, live: np.ndarray, ensemble: Ensemble, fou
     rows = len(z)
     iterates = found.points.shape[1]
     parts = flow.sampled(ensemble, iterates, time=float(iterates)).reshape(live.size, iterates, 2, 1 + rows, rows // 2)
-    turns = np.array([1 / length if length > 0 else 0.0 for length in flow.model.periods()])
+    turns = np.zeros(rows)  # of an idle row too
+    turns[: flow.system.rows] = [1 / length if length > 0 else 0.0 for length in flow.model.periods()]
     found.time[live] = float(iterates)
     arrived = np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3))
     with np.errstate(all="ignore"):  # an angle that winds so fast that it is all rounding
-        ahead = np.array(np.broadcast_arrays(*at_points(flow.model, "iterate", *z)))
-        arrived &= (ensemble.status == Status.OK) & (np.abs(ahead * turns[:, None]) < FASTEST).all(axis=0)
+        ahead = np.array(np.broadcast_arrays(*at_points(flow.model, "iterate", *z[: flow.system.rows])))
+        fast = np.abs(ahead * turns[: len(ahead), None]) >= FASTEST
+        arrived &= (ensemble.status == Status.OK) & ~fast.any(axis=0)
         ended = np.where(ensemble.status == Status.OK, Status.NONFINITE, ensemble.status)
         _filled(found, live, parts, arrived, ended)
         around = np.rint((found.points[live, -1] - z.T) * turns)
@@ -334,9 +334,9 @@ def reduced_monodromy(system: System, section: Any, z: np.ndarray, monodromy: np
     section.
     """
     D = scale.rows.T
-    if section is None:  # of a map
-        return scale.matrix(monodromy)
     d = system.rows
+    if section is None:  # of a map
+        return scale.matrix(monodromy)[:, :d, :d]
     flows = not system.canonical
     kept = d - 1 if flows else d - 2
     with np.errstate(all="ignore"):

@@ -10,6 +10,7 @@ from ..sections.section_edge import Edge, edge
 from .animation import animate, save_animation
 from .aperture import plot_aperture
 from .backbone import plot_backbone, plot_bifurcation
+from .basins import plot_basins
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
 from .closed_orbits import plot_closed_orbits
 from .density import Density, count_points
@@ -53,6 +54,7 @@ __all__ = [
     "plot_actions",
     "plot_aperture",
     "plot_backbone",
+    "plot_basins",
     "plot_bifurcation",
     "plot_bifurcation_diagram",
     "plot_chaos_map",

@@ -1,4 +1,4 @@
-"""The dynamic aperture: the number of turns that particles survive, over the amplitude and angle of their starts."""
+"""The dynamic aperture: the number of turns that particles survive, over the plane of their starts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BINS = 15
 def plot_aperture(
     result: Any, z0: Any, *, ax: Any = None, x: int = 0, y: int = 1, bins: int | None = None, colorbar: bool = True
 ) -> Artists:
-    """Plot the time that orbits survived over angle and amplitude of their initial conditions.
+    """Plot the time that orbits survived over their initial conditions, and the outline of those that survived.
 
     Parameters
     ----------
@@ -39,26 +39,28 @@ def plot_aperture(
         Result with ``t`` and ``status`` of shape (orbits,), for example of `integrate` or `frequency_map` for a map, or
         of `tunes`.
     z0 : array_like, shape (2n, orbits), EnergyGrid or EnergySample
-        Initial conditions of the orbits. A grid of x and y is drawn over x and y, others over angle and amplitude.
+        Initial conditions of the orbits: a grid of x and y, rays, or any others.
     {ax}
     x, y : int, default 0 and 1
-        Rows of `z0` with r cos a and r sin a, for amplitude r and angle a.
+        Rows of `z0` on the axes: r cos a and r sin a for a ray of amplitudes r at an angle a.
     bins : int, optional
-        Number of bins of the angles. Default: the angles themselves if they are few.
+        Number of bins of the angles of others than a grid. Default: the angles themselves if they are few.
     {colorbar}
 
     Returns
     -------
     Artists
-        ``points`` are the initial conditions. ``lines`` are the outline, and a mark at the least aperture, or marks of
-        angles without a loss. ``labels`` has the least, mean and largest aperture; ``missing`` is 0. A click picks the
-        orbit. A note has the number of initial conditions far beyond the aperture, outside of the frame.
+        ``points`` are the initial conditions. ``lines`` are the outline, a mark at the least aperture, and, for others
+        than a grid, marks of angles without a loss. ``labels`` has the least, mean and largest aperture; ``missing`` is
+        0. A click picks the orbit. A note has the number of initial conditions far beyond the aperture, outside of the
+        frame.
 
     Notes
     -----
     - A grid of x and y: the outline encloses the cells of surviving orbits that are connected with the centre. The
       aperture in a direction is the distance from the centre to this outline.
     - Other initial conditions: at each angle, the aperture is the largest amplitude up to which all orbits survived.
+      The outline joins the angles.
     - If no orbit is lost in a direction, the aperture is at least that large.
 
     Examples
@@ -83,47 +85,47 @@ def plot_aperture(
     palette = Palette.of(ax)
     how = {"cmap": palette.colour_map().reversed(), "norm": LogNorm(float(shown.min(initial=0.1 * end)), end)}
     plane = min(sides := (np.unique(across).size, np.unique(up).size)) > 1 and sides[0] * sides[1] == across.size
-    at = (across, up) if plane else (angle, radius)
-    points = ax.scatter(*at, c=shown, s=14, linewidths=0, rasterized=True, **how)
-    carry(points, *at, np.arange(angle.size))
+    points = ax.scatter(across, up, c=shown, s=14, linewidths=0, rasterized=True, **how)
+    carry(points, across, up, np.arange(angle.size))
     if plane:
         outline = _outline(across, up, lost)
-        turned, aperture, least = outline.apertures(angle[radius > 0])
-        (curve,) = ax.plot(*outline.edges(), color=palette.accent, lw=1.6, label="edge of the surviving set")
-        marked = [] if least.all() else [int(np.where(least, np.inf, aperture).argmin())]
-        spot = {"marker": "*", "ms": 11, "mec": palette.ground, "label": "least aperture"}
-        at_spot = np.array([aperture * np.cos(turned), aperture * np.sin(turned)])[:, marked]
+        turned, aperture, open_ = outline.apertures(angle[radius > 0])
+        edge, name = outline.edges(), "edge of the surviving set"
     else:
-        middles, aperture, least = _aperture(angle, radius, lost, bins)
-        (curve,) = ax.plot(middles, aperture, color=palette.accent, lw=1.6, marker="o", ms=3, label="dynamic aperture")
-        spot = {"marker": "^", "ms": 7, "label": "at least"}
-        at_spot = np.array([middles, aperture])[:, least]
-    (open_,) = ax.plot(*at_spot, ls="", color=palette.accent, **spot)
+        turned, aperture, open_ = _aperture(angle, radius, lost, bins)
+        edge, name = _around(turned, aperture), "dynamic aperture"
+    (curve,) = ax.plot(*edge, color=palette.accent, lw=1.6, label=name, **({} if plane else {"marker": "o", "ms": 3}))
+    sure = ~open_ & np.isfinite(aperture)
+    marked = [int(np.where(sure, aperture, np.inf).argmin())] if sure.any() else []
+    at = np.array([aperture * np.cos(turned), aperture * np.sin(turned)])
+    (least,) = ax.plot(
+        *at[:, marked], ls="", color=palette.accent, marker="*", ms=11, mec=palette.ground, label="least aperture"
+    )
+    drawn = [curve, *([least] if marked else [])]
+    if not plane:
+        (beyond_,) = ax.plot(*at[:, open_], ls="", color=palette.accent, marker="^", ms=7, label="at least")
+        drawn += [beyond_] if open_.any() else []
     known = aperture[np.isfinite(aperture)]
     said = "no aperture"
     if known.size:
         said = f"dynamic aperture: least {known.min():.3g}, mean {known.mean():.3g}, largest {known.max():.3g}"
-    text = ax.set_title(said + (" (at least)" if least.any() else ""), fontsize=9, loc="left")
-    if plane or least.any():
-        ax.legend(handles=[curve, open_] if at_spot.size else [curve], loc="upper right")
-    if plane:
-        names = getattr(result, "names", ())
-        xlabel, ylabel = (f"${symbol(names[k])}$" if k < len(names) else f"row {k}" for k in rows)
-        ax.set(xlabel=f"initial {xlabel}", ylabel=f"initial {ylabel}")
-    else:
-        ax.set(xlabel="initial angle  (degrees)", ylabel="initial amplitude", ylim=(0.0, None))
-    _near(ax, at if plane else at[1:], FAR * np.max(known, initial=0.0))
+    text = ax.set_title(said + (" (at least)" if open_.any() else ""), fontsize=9, loc="left")
+    ax.legend(handles=drawn, loc="upper right")
+    names = getattr(result, "names", ())
+    xlabel, ylabel = (f"${symbol(names[k])}$" if k < len(names) else f"row {k}" for k in rows)
+    ax.set(xlabel=f"initial {xlabel}", ylabel=f"initial {ylabel}")
+    _near(ax, (across, up), FAR * np.max(known, initial=0.0))
     unit = "turns" if getattr(result, "scheme", None) is None or repr(result.scheme) == "ITERATION" else "time"
     bar = ax.figure.colorbar(points, ax=ax, label=f"{unit} survived") if colorbar else None
-    return Artists(points, bar, (curve, open_), (text,), 0)
+    return Artists(points, bar, (curve, least) if plane else (curve, least, beyond_), (text,), 0)
 
 
 def _near(ax: Any, rows: tuple[np.ndarray, ...], reach: float) -> None:
-    """Set the frame to starts, by their rows of x and y or y alone, no farther than `reach`, if that is not 0."""
+    """Set the frame to starts, by their rows of x and y, no farther than `reach`, if that is not 0."""
     far = np.max(np.abs(rows), axis=0) > reach
     if not reach or not far.any():
         return
-    for axis, row in zip("xy" if len(rows) == 2 else "y", rows, strict=True):
+    for axis, row in zip("xy", rows, strict=True):
         low, high = getattr(ax, f"get_{axis}lim")()
         low = max(low, -1.05 * reach, float(row.min()) - 0.05 * reach)
         ax.set(**{f"{axis}lim": (low, min(high, 1.05 * reach))})
@@ -201,10 +203,19 @@ def _borders(places: np.ndarray) -> np.ndarray:
     return np.concatenate([[first], middles, [last]])
 
 
+def _around(turned: np.ndarray, aperture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the outline of apertures in directions in ascending order; it is closed if these go around the centre."""
+    if turned.size > 2 and turned[0] + 2 * np.pi - turned[-1] < 1.5 * np.diff(turned).max():
+        turned, aperture = np.append(turned, turned[0]), np.append(aperture, aperture[0])
+    return aperture * np.cos(turned), aperture * np.sin(turned)
+
+
 def _aperture(
     angle: np.ndarray, radius: np.ndarray, lost: np.ndarray, bins: int | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return angles, the largest amplitude at each below the smallest lost one, and a mask of angles without loss."""
+    """Return angles in radians, the largest amplitude at each below the smallest lost one, and a mask of angles without
+    loss.
+    """
     own = np.unique(np.round(angle[radius > 0], 6))
     if bins is None and own.size <= max(BINS, angle.size // 4):
         middles = own
@@ -222,4 +233,4 @@ def _aperture(
         inside = radius[mine & ~lost & (radius < first * (1 - 1e-9))]
         found[k] = inside.max() if inside.size else 0.0 if np.isfinite(first) else np.nan
         least[k] = not np.isfinite(first) and bool(inside.size)
-    return middles, found, least
+    return np.radians(middles), found, least

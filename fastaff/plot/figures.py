@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..chaos.basins import Basins
 from ..chaos.chaos_map import ChaosMap
 from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases
 from ..chaos.measured_series import SeriesExponent
@@ -40,6 +41,7 @@ from ..tori.action_angles import ActionAngles
 from ..tori.inverse_tori import EnergyOfActions
 from ..tori.torus import TorusFit
 from .backbone import plot_backbone, plot_bifurcation
+from .basins import plot_basins
 from .chaos import plot_chaos_map, plot_chaotic_fraction
 from .closed_orbits import has_curves, plot_closed_orbits
 from .divergence import plot_divergence
@@ -118,6 +120,7 @@ def _angle_lines(lines: AngleLines, *, orbit: int = 0, **options: Any) -> Any:
 FIGURES: dict[type, Callable] = {
     ActionAngles: plot_actions,
     AngleLines: _angle_lines,
+    Basins: plot_basins,
     Bifurcation: plot_bifurcation,
     BifurcationDiagram: plot_bifurcation_diagram,
     SeriesExponent: plot_divergence,

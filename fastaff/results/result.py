@@ -19,6 +19,7 @@ import copyreg
 import dataclasses
 import functools
 import html
+import math
 import operator
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -205,6 +206,23 @@ def _table(entries: dict) -> MappingProxyType:
 copyreg.pickle(MappingProxyType, lambda view: (_table, (dict(view),)))  # a field of some results
 
 
+class Origin(NamedTuple):
+    """Where a part of a result comes from: the call that made the whole, the shape of its items, and the indices that
+    were taken one after the other.
+    """
+
+    call: Any
+    shape: tuple[int, ...]
+    taken: tuple[tuple, ...]
+
+    def items(self) -> np.ndarray:
+        """Return the numbers of the part's items among those of the whole."""
+        numbers = np.arange(math.prod(self.shape)).reshape(self.shape)
+        for index in self.taken:
+            numbers = numbers[index]
+        return numbers.ravel()
+
+
 Items = SupportsIndex | slice | ArrayLike
 """Which items of a result: a number, a slice, numbers or a mask."""
 
@@ -334,12 +352,18 @@ class Result(Drawable):
             If `items` is not an index of the items. The message names the values allowed.
         """
         index = index_of(self, items)
+        shape = self.item_shape
         found = dataclasses.replace(
             cast(Any, self),
             **{name: _taken(value, axes, self, index) for name, axes, value in _shared(self)},
         )
         if hasattr(self, "units"):
             object.__setattr__(found, "units", self.units)
+        origin = getattr(self, "origin", None)
+        if origin is None and hasattr(self, "call"):
+            origin = Origin(self.call, shape, ())
+        if origin is not None:
+            object.__setattr__(found, "origin", origin._replace(taken=(*origin.taken, index)))
         return found
 
     def select(self, **wanted: Any) -> Self:

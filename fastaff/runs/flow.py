@@ -338,8 +338,17 @@ def blocks_of(system: System, vectors: int = 0, step: Callable | None = None, **
         found["step"], derivative = step_block(step), model_block("derivative", system.model, n, vectors).address
     if system.poles:
         leapt = model_block("leapt", system.model, n, vectors).address
-    idle = {place: idle_block(place) for place in Blocks._fields[1:-2] if place not in found}
-    return Blocks(parameters(system.model), **found, **idle, derivative=derivative, leapt=leapt)
+    idle = {place: idle_block(place) for place in Blocks._fields[1:6] if place not in found}
+    return Blocks(
+        parameters(system.model),
+        **found,
+        **idle,
+        derivative=derivative,
+        leapt=leapt,
+        own=n,
+        half=n * (1 + vectors),
+        between=1.0 if system.iterated else 0.0,
+    )
 
 
 @by_identity

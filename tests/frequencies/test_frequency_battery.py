@@ -62,6 +62,31 @@ def test_weak_lines_are_frequencies(n, time):
     assert found >= 32
 
 
+@pytest.mark.parametrize("ratio", [(1, 1), (2, 1), (3, 2)])
+def test_harmonics_do_not_stand_for_a_line_hidden_beside_another(ratio):
+    """Two oscillators with harmonics, seen from axes at random, up to a cycle from a resonance: the lattice of lines
+    that peaks show may be a part of theirs.
+    """
+    rng = np.random.default_rng(ratio)
+    orbits, time, samples = 150, 400.0, 1600
+    t = (np.arange(samples) + 1) * time / samples
+    cycles = 10 ** rng.uniform(-2.5, 0, orbits) * rng.choice([-1, 1], orbits)
+    nu = rng.uniform(0.2, 0.3, orbits)
+    true = np.array([nu, (ratio[1] * nu + cycles / time) / ratio[0]])
+    modes = np.zeros((2, orbits, samples), complex)
+    for i in range(2):
+        phase = 2 * np.pi * (true[i][:, None] * t + rng.random((orbits, 1)))
+        sizes = rng.uniform(0.3, 1, (orbits, 1)), rng.uniform(0, 0.3, (orbits, 1)), rng.uniform(0, 0.1, (orbits, 1))
+        modes[i] = sum(size * np.exp(-1j * ((k + 1) * phase + k)) for k, size in enumerate(sizes))
+    axis = rng.uniform(0, np.pi, (orbits, 1))
+    x, y = np.cos(axis) * modes[0] - np.sin(axis) * modes[1], np.sin(axis) * modes[0] + np.cos(axis) * modes[1]
+    found = fa.orbit_frequencies(np.array([x.real, y.real, x.imag, y.imag]), time / samples)
+    own = found.classification == Classification.REGULAR
+    assert own.sum() > 20
+    assert (misses(found.nu[:, own], found.error[:, own], true[:, own]) <= 1).all()
+    assert not (found.classification == Classification.IRREGULAR).any()
+
+
 def test_two_modes_of_a_turned_oscillator():
     g = 1.618033988749895
     turned = shared_systems.plane((1 + g**2) / 2, (1 + g**2) / 2, ab=(1 - g**2) / 2)

@@ -66,14 +66,50 @@ def test_tubes_of_three_coordinates_are_named_by_their_axis():
     assert not labels[2].endswith(("+", "-"))
 
 
-def test_a_part_of_a_map_does_not_know_its_model_and_says_no_sense():
-    nu = fa.frequency_map(GALAXY._replace(q=0.9), [[0.5, 0.6], [0.0, 0.0], [0.0, 0.8], [0.9, 0.1]], time=300.0)
-    assert orbit_families(nu).label(0) == "loop +"
-    part = orbit_families(nu[:1])
-    assert part.label(0) == "resonant 1:1"
-    assert np.isnan(part.energy).all()
+def test_parts_of_a_map_have_the_families_of_the_whole():
+    rng = np.random.default_rng(4)
+    z0 = np.concatenate([rng.uniform(0.2, 0.7, (2, 12)), rng.uniform(-0.9, 0.9, (2, 12))])
+    nu = fa.frequency_map(GALAXY, z0, time=300.0)
     whole = orbit_families(nu)
-    assert [family.label(0) for family in (whole[0:1], whole[1:2])] == [whole.label(0), whole.label(1)]
+    assert 0 < (whole.family == OrbitFamily.LOOP).sum() < 12
+    odd = np.arange(12) % 2 == 1
+    for part, numbers in ((nu[3:9], range(3, 9)), (nu[odd][[4, 0]], (9, 1)), (nu[::-1][2], (9,))):
+        found = orbit_families(part)
+        assert [found.label(k) for k in range(len(part))] == [whole.label(k) for k in numbers]
+        np.testing.assert_array_equal(found.energy, whole.energy[list(numbers)])
+    assert [whole[k : k + 1].label(0) for k in range(12)] == [whole.label(k) for k in range(12)]
+
+
+def test_loops_of_samples_are_named_once_the_model_is_given():
+    galaxy = GALAXY._replace(q=0.9)
+    z0 = np.array([[0.5, 0.6], [0.0, 0.0], [0.0, 0.8], [0.9, 0.1]])
+    nu = fa.frequency_map(galaxy, z0, time=300.0)
+    samples = fa.integrate(galaxy, z0, time=300.0, samples=3000, accuracy=1e-10)
+    for given in (fa.orbit_frequencies(samples), type(nu).concat([nu[:1], nu[1:]])):
+        found = orbit_families(given)
+        assert found.label(0) == "loop or resonant 1:1"
+        assert "give both" in found.summary()
+        assert np.isnan(found.energy).all()
+        named = orbit_families(given, model=galaxy, z0=z0)
+        assert named.label(0) == "loop +"
+        np.testing.assert_array_equal(named.energy, orbit_families(nu).energy)
+
+
+def test_resonances_of_the_dominant_lines_count_loops():
+    rng = np.random.default_rng(5)
+    z0 = np.concatenate([rng.uniform(0.2, 0.7, (2, 40)), rng.uniform(-0.9, 0.9, (2, 40))])
+    nu = fa.frequency_map(GALAXY, z0, time=300.0)
+    found = fa.resonances(nu)
+    assert found.lines.names == found.names
+    equal = (np.abs(found.lines.basis[0]) == 1).all(axis=0) & (found.lines.rank == 1)
+    loops = orbit_families(nu).family == OrbitFamily.LOOP
+    assert loops.sum() > 5
+    assert equal[loops].all()
+    assert found.rank[loops].max() == 0  # two independent frequencies
+    assert "resonance of the dominant lines" in str(found)
+    assert f"{np.count_nonzero(found.lines.rank)} orbits with resonant dominant lines" in found.summary()
+    assert fa.resonances(nu.nu, errors=nu.error).lines is None
+    np.testing.assert_array_equal(found[loops].lines.rank, 1)
 
 
 def test_wrong_input_is_refused():
@@ -82,6 +118,13 @@ def test_wrong_input_is_refused():
         orbit_families(nu, max_order=1)
     with pytest.raises(TypeError, match="frequency_map must be a FrequencyMap"):
         orbit_families(np.ones((2, 3)))
+    with pytest.raises(ValueError, match="model and z0 must be given together"):
+        orbit_families(nu, model=GALAXY)
+    with pytest.raises(ValueError, match=r"z0 must have shape \(4, 1\), got \(4, 2\)"):
+        orbit_families(nu, model=GALAXY, z0=np.ones((4, 2)))
+    turns = fa.frequency_map(fa.models.OneTurnMap(nu_x=0.28, nu_y=0.31), [[0.1], [0.1], [0.0], [0.0]], time=200)
+    with pytest.raises(ValueError, match="frequency_map must be of a system in time, got that of a map"):
+        orbit_families(turns)
     round_about = fa.frequency_map(GALAXY, [0.6, 0.0, 0.1, 0.9], time=300.0, signals="R phi")
     with pytest.raises(ValueError, match="two or three Cartesian coordinates, got R, phi"):
         orbit_families(round_about)

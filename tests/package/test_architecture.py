@@ -488,7 +488,7 @@ PARAMETERS = 10
 """Most parameters of a function beside keywords."""
 KERNEL_PARAMETERS = 12
 """Most parameters of a kernel."""
-TOP_NAMES = 79
+TOP_NAMES = 80
 """Most names of `fastaff`."""
 ENTRIES = 19
 """Most entries of its folder."""

@@ -447,6 +447,7 @@ EXEMPT = {
     "coherent_packet": "one phase point",
     "spectrum": "one class of one body, whose levels share a basis; its interruption is in test_results.py",
     "periodic_guesses": "guesses are chosen apart from one another: they belong to the set",
+    "basins": "attractors belong to the set; threads and interruption are in tests/chaos/test_basins.py",
     "bifurcation_diagram": "parameters of one map: tests/systems/test_maps_of_one_variable.py",
     "resonance_web": "nodes are neighbours of one map: it is about the company",
     "all_levels": "one body; its interruption is in test_quantum_listing.py",

@@ -344,16 +344,25 @@ def test_the_aperture_is_where_orbits_begin_to_be_lost(ax):
     shuffled = rng.permutation(a.size)
     mixed = SimpleNamespace(t=turns[shuffled], status=result.status[shuffled], scheme=None)
     drawn = plot.plot_aperture(mixed, z0[:, shuffled], ax=ax, x=1, y=3)
-    where, aperture = drawn.lines[0].get_data()
-    np.testing.assert_allclose(where, np.degrees(angles), atol=1e-5)
+    across, up = drawn.lines[0].get_data()
+    aperture = np.hypot(across, up)
+    np.testing.assert_allclose(np.arctan2(up, across), angles, atol=1e-7)
+    np.testing.assert_array_equal(drawn.points.get_offsets(), z0[[1, 3]][:, shuffled].T)
     kept = np.minimum(edge, 1.0)
     assert (aperture <= kept + 1e-12).all()
     assert (aperture > kept - 0.02 - 1e-12).all()
-    np.testing.assert_allclose(drawn.lines[1].get_data(), [[24.0], [1.0]], atol=1e-5)
-    assert drawn.labels[0].get_text().endswith(f"mean {aperture.mean():.3g}, largest 1 (at least)")
+    lowest = np.where(np.arange(angles.size) == 4, 1.0, aperture).argmin()
+    np.testing.assert_allclose(np.ravel(drawn.lines[1].get_data()), [across[lowest], up[lowest]], atol=1e-12)
+    np.testing.assert_allclose(
+        np.ravel(drawn.lines[2].get_data()), [np.cos(np.radians(24)), np.sin(np.radians(24))], atol=1e-7
+    )
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "linear")
+    said = drawn.labels[0].get_text()
+    assert said.endswith(", largest 1 (at least)")
+    assert abs(float(said.split("mean ")[1].split(",")[0]) - aperture.mean()) < 6e-4
     assert drawn.colorbar.ax.get_ylabel() == "turns survived"
     np.testing.assert_allclose(np.asarray(drawn.points.get_array()), np.clip(mixed.t, 1.0, 1000.0))
-    binned = plot.plot_aperture(result, z0, ax=ax, x=1, y=3, bins=4).lines[0].get_ydata()
+    binned = np.hypot(*plot.plot_aperture(result, z0, ax=ax, x=1, y=3, bins=4).lines[0].get_data())
     for k in range(4):  # 16 angles, four in each
         least = edge[4 * k : 4 * k + 4].min()
         assert least - 0.02 - 1e-12 < binned[k] <= min(least, 1.0)
@@ -362,6 +371,19 @@ def test_the_aperture_is_where_orbits_begin_to_be_lost(ax):
             plot.plot_aperture(result, wrong, ax=ax)
     with pytest.raises(ValueError, match="x must be"):
         plot.plot_aperture(result, z0, ax=ax, x=4)
+
+
+def test_the_outline_of_rays_around_the_centre_is_closed(ax):
+    angles = np.radians(np.arange(-180.0, 180.0, 10.0))
+    a, r = (each.ravel() for each in np.meshgrid(angles, np.linspace(0.1, 1.0, 10)))
+    lost = r > 0.55
+    result = SimpleNamespace(t=np.where(lost, 5.0, 99.0), status=1 * lost, scheme=None)
+    drawn = plot.plot_aperture(result, np.array([r * np.cos(a), r * np.sin(a)]), ax=ax)
+    edge = np.column_stack(drawn.lines[0].get_data())
+    np.testing.assert_array_equal(edge[0], edge[-1])
+    np.testing.assert_allclose(np.hypot(*edge.T), 0.5, atol=1e-12)
+    assert drawn.labels[0].get_text() == "dynamic aperture: least 0.5, mean 0.5, largest 0.5"
+    assert not drawn.lines[2].get_xdata().size
 
 
 def test_an_aperture_of_a_grid_of_x_and_y_is_drawn_over_them(ax):

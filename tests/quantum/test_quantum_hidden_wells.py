@@ -192,9 +192,10 @@ def test_three_uncoupled_quartics_have_quasiclassical_levels():
     t, weights = np.polynomial.legendre.leggauss(200)
 
     def action(E, k, g):
-        a = np.sqrt((np.sqrt(k * k / 4 + 4 * g * E) - k / 2) / (2 * g))
-        q = a * np.sin(t * np.pi / 2)
-        return np.pi * a * (np.sqrt(2 * (E - k * q**2 / 2 - g * q**4)) * np.cos(t * np.pi / 2)) @ weights
+        square = (np.sqrt(k * k / 4 + 4 * g * E) - k / 2) / (2 * g)  # a^2 of the turning points q = +-a
+        # E - k q^2/2 - g q^4 = (a^2 - q^2)(k/2 + g (a^2 + q^2)), which no rounding makes negative at the ends.
+        rest = k / 2 + g * square * (1 + np.sin(t * np.pi / 2) ** 2)
+        return np.pi * square * (np.sqrt(2 * rest) * np.cos(t * np.pi / 2) ** 2) @ weights
 
     n, k = (2, 1, 3), (3.0, 2.0, 1.0)
     truth = sum(

@@ -44,6 +44,7 @@ MAKERS = {
     "AngleLines": lambda: fa.orbit_frequencies(battery.SLOW, 0.1, lines=2).lines,
     "TuneSums": lambda: accumulated().state,
     "ChaosMap": lambda: fa.chaos_map(HH, battery.Z4, time=10.0, history=2, **FIXED),
+    "Basins": lambda: fa.basins(battery.LOGISTIC._replace(r=3.2), [[0.3, 0.4, 0.6, 1.2]], time=100, threads=1),
     "FoundCases": lambda: FoundCases.of(fa.chaotic_fraction(battery.own_case, ([0.8, 0.9, 1.0],), time=2.0, **FIXED)),
     "BifurcationDiagram": lambda: fa.chaos.bifurcation_diagram(
         battery.LOGISTIC, "r", [3.2, 3.5, 3.9], x0=0.3, transient=100, iterates=16

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from own_models import OneSpring
 from scipy.integrate import solve_ivp
+from shared_systems import duffing
 
 import fastaff
 from fastaff.runs.schemes.catalogue import SCHEMES, Splitting
@@ -118,6 +119,37 @@ def test_it_is_linear_and_takes_deviations_of_each_orbit():
     matrix = fastaff.tangent_map(model, z, time=7.0, step=0.05).matrix
     found = fastaff.tangent_map(model, z, time=7.0, step=0.05, deviation_vectors=deviations).vectors
     assert np.allclose(found, np.einsum("ijo,kjo->kio", matrix, deviations), rtol=0, atol=1e-13 * np.abs(matrix).max())
+
+
+@pytest.mark.parametrize("orbits", [1, 5])
+@pytest.mark.parametrize("scheme", ["KAHAN_LI8", "SOFRONIOU_SPALETTA10"])
+@pytest.mark.parametrize("name", ["henon-heiles", "driven"])
+def test_many_vectors_have_the_bits_of_few(name, scheme, orbits):
+    # More than 12 vectors of one orbit stay in memory; a loop moves all groups of four after the first.
+    model, start = (duffing(), [0.4, 0.1]) if name == "driven" else CASES[name]
+    z0 = cloud(start, orbits)
+    vectors = np.random.default_rng(8).standard_normal((18, 4))  # a drive has rows for its time
+    how = {"time": 3.0, "step": 0.1, "scheme": scheme}
+    whole = fastaff.tangent_map(model, z0, deviation_vectors=vectors, **how)
+    few = [fastaff.tangent_map(model, z0, deviation_vectors=vectors[k : k + 2], **how) for k in range(0, 18, 2)]
+    assert np.array_equal(whole.vectors, np.concatenate([part.vectors for part in few]))
+    assert all(np.array_equal(whole.z, part.z) for part in few)
+
+
+@pytest.mark.parametrize("orbits", [1, 5])
+def test_vectors_that_overflow_end_their_orbit(orbits):
+    model, start = CASES["henon-heiles"]
+    vectors = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1e308]])
+    found = fastaff.tangent_map(model, cloud(start, orbits), deviation_vectors=vectors, time=200.0, step=0.1)
+    assert (found.status == fastaff.Status.NONFINITE).all()
+    assert np.isfinite(found.z).all()
+    assert (found.t < 200.0).all()
+
+
+def test_checks_of_orbits_have_one_text_for_all_numbers_of_vectors():
+    model, _ = CASES["neo-hookean"]
+    for kind in ("check", "inside"):
+        assert fastaff.engine.source(model, kind, vectors=8) == fastaff.engine.source(model, kind)
 
 
 class Relativistic(OneSpring):

@@ -80,7 +80,6 @@ def test_orbits_that_escape_or_leave_the_domain_end():
             lambda: fa.chaos_map(LOGISTIC, [0.3], time=500, indicators=fa.FrequencyDiffusion()),
             "must have momenta, got a map of one variable",
         ),
-        (lambda: fa.periodic_orbits(LOGISTIC, [0.3], crossings=1), "is not symplectic"),
         (lambda: fa.integrate(LOGISTIC, [0.3, 0.2], time=5), r"z0 must have shape \(1,\) or \(1, orbits\)"),
         (lambda: fa.chaos_map(LOGISTIC, [0.3], time=50, indicators="sali"), "at most 1 deviation vector"),
         (lambda: fa.iterated_map("x1 = y; y1 = z; z1 = x"), "images of 1, 2, 4, ... or 16 variables"),

@@ -12,6 +12,7 @@ from ..pointers import call
 from .stepping import (
     aligned_zeros,
     call_derivative,
+    check_vectors,
     combine,
     filled,
     load_lane,
@@ -284,6 +285,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
     end = min((u + 1) * unit, z0.shape[1])
     z = aligned_zeros(rows)
     new = aligned_zeros(rows)
+    momenta = new[blocks.half * LANES :]
     work = aligned_zeros(2 * rows + 5)
     k = aligned_zeros(max(stages, a.shape[0]) * rows)
     memory = aligned_zeros(memory_rows)
@@ -336,7 +338,8 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         wide = max(filled(lanes, rows, z, h), filled(lanes, rows, k, h))  # states and their slopes alike
         runge_kutta_stages(derivative, params, a, 1, stages, rows, wide, h, z, k, new)
         error_norm(rows, wide, steps, scheme.errors, h, z, new, k, work, norm)
-        call(check, params, wide, bound, new, code, reached)
+        call(check, params, wide, bound, new, momenta, code, reached)
+        check_vectors(blocks, lanes, new, code, 1.0)
         look_back(blocks, lanes, z, new, code)
         controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
         ended(lanes, tried, code, fresh, ahead, longest, t)

@@ -14,7 +14,7 @@ import numpy as np
 from ...core.status import NOT_CONVERGED_CODE
 from ..jit import LANES, jit, read_now, write_now
 from ..pointers import call
-from .stepping import advance, aligned_zeros, filled, keep, load_lane, look_back, move_lane, store_lane
+from .stepping import advance, aligned_zeros, check_vectors, filled, keep, load_lane, look_back, move_lane, store_lane
 
 BURST = 128
 """Steps between reads of the stop flag."""
@@ -107,6 +107,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     k = aligned_zeros(scheme.b.size * rows)
     begin = aligned_zeros(rows)
     z = block[: state_rows * LANES]
+    momenta = z[blocks.half * LANES :]
     t = aligned_zeros(1)
     h = aligned_zeros(1)
     code = aligned_zeros(1)
@@ -169,14 +170,17 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                 due += 1 if left[i] == 0 else 0
             all_look = refill or next_check(n[0] - 1) == n[0]
             if all_look:
-                call(check, params, wide, bound, z, code, kinetic)
+                call(check, params, wide, bound, z, momenta, code, kinetic)
+                check_vectors(blocks, lanes, z, code, 1.0)
             else:
-                call(inside, params, wide, z, code)
+                call(inside, params, wide, z, momenta, code)
+                check_vectors(blocks, lanes, z, code, blocks.between)
                 if ran == burst or (strict and due > 0):
                     for i in range(lanes):
                         found[i] = code[i]
                         reached[i] = kinetic[i]
-                    call(check, params, lanes, bound, z, found, reached)
+                    call(check, params, lanes, bound, z, momenta, found, reached)
+                    check_vectors(blocks, lanes, z, found, 1.0)
                     for i in range(lanes):  # each orbit is checked at its own moments, independent of its neighbours
                         if n[i] == total[orbit[i]] or (strict and left[i] == 0):
                             code[i] = found[i]
@@ -253,6 +257,7 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     memory = aligned_zeros(memory_rows)
     orbit = np.full(LANES, o, np.int64)
     z = block[: scheme.copies * rows * LANES]
+    momenta = z[blocks.half * LANES :]
     t = aligned_zeros(1)
     code = aligned_zeros(1)
     done = aligned_zeros(1)
@@ -274,9 +279,11 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
             left = left - taken
             t[0] = n * h
             if refill or n == total or next_check(n - 1) == n or (strict and left == 0):
-                call(blocks.check, params, 1, bound, z, code, kinetic)
+                call(blocks.check, params, 1, bound, z, momenta, code, kinetic)
+                check_vectors(blocks, 1, z, code, 1.0)
             else:
-                call(blocks.inside, params, 1, z, code)
+                call(blocks.inside, params, 1, z, momenta, code)
+                check_vectors(blocks, 1, z, code, blocks.between)
             if left == 0:
                 seen[0] = 1.0 if code[0] == 0.0 else 0.0
                 left = every
@@ -313,6 +320,7 @@ def run_along(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     memory = aligned_zeros(memory_rows)
     orbit = np.full(LANES, o, np.int64)
     trace = aligned_zeros(rows + 2)
+    momenta = trace[blocks.half * LANES :]
     t = aligned_zeros(1)
     code = aligned_zeros(1)
     done = aligned_zeros(1)
@@ -336,7 +344,8 @@ def run_along(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
             for i in range(lanes):
                 t[i] = (n + (i + 1)) * h
                 kinetic[i] = largest
-            call(blocks.check, params, lanes, bound, trace, code, kinetic)
+            call(blocks.check, params, lanes, bound, trace, momenta, code, kinetic)
+            check_vectors(blocks, lanes, trace, code, 1.0)
             sound = 0
             while sound < lanes and code[sound] == 0.0:
                 sound += 1

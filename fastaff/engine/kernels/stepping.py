@@ -19,6 +19,9 @@ LONE = 3
 class Blocks(NamedTuple):
     """A model and a scheme's step for kernels: parameters and block functions, idle ones where a run does not use them,
     and the addresses of the derivative and, for a model with poles, of the test for steps across them, or 0.
+
+    own, half: number of the positions of an orbit, and with those of its vectors. between: code of an orbit in the
+    domain whose vectors are not finite, between two checks: 1 for a map, else 0, as the next check finds them.
     """
 
     params: np.ndarray
@@ -29,6 +32,9 @@ class Blocks(NamedTuple):
     check: Any
     derivative: int = 0
     leapt: int = 0
+    own: int = 0
+    half: int = 0
+    between: float = 0.0
 
 
 class Coefficients(NamedTuple):
@@ -122,6 +128,19 @@ def look_back(blocks, lanes, begin, z, code):
     """Set the code of lanes that have passed a pole in a step from `begin` to z, for a model with poles."""
     if blocks.leapt != 0:
         call_leapt(blocks.leapt, blocks.params, lanes, begin, z, code)
+
+
+@jit
+def check_vectors(blocks, lanes, z, code, inside):
+    """Set the code of lanes whose vectors are not finite to 1, or to `inside` if it is 0."""
+    half = blocks.half
+    for r in range(blocks.own, half):
+        q = z[r * LANES : (r + 1) * LANES]
+        p = z[(half + r) * LANES : (half + r + 1) * LANES]
+        for i in range(lanes):
+            known = code[i]
+            broken = inside if known == 0.0 else 1.0
+            code[i] = known if 0.0 * q[i] + 0.0 * p[i] == 0.0 else broken
 
 
 @jit

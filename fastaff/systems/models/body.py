@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import shown
 from .angles import AreaTrace, Coordinates2
+from .constructors import checks_arguments
 from .contracts import Arithmetic
 from .energy_method import energy_method
 
@@ -17,6 +17,30 @@ FREE = "For friction or a drive use hamiltonian(..., friction=0.1, drive_period=
 """Advice where a body should be damped or driven."""
 
 
+def _is_planar(arguments: Mapping[str, Any]) -> None:
+    """Name the systems that have friction or a drive, which bodies do not have, and refuse a model or a potential of
+    3x3 matrices in place of a planar potential.
+    """
+    for name in TERMS:
+        if name in arguments:
+            raise TypeError(f"Body takes potential and mu, got {name}={shown(arguments[name], 20)}. {FREE}")
+    potential = arguments.get("potential")
+    if isinstance(potential, type):
+        return
+    if hasattr(potential, "matrix_value"):
+        raise TypeError(
+            f"potential must be a potential of A and B, got {type(potential).__name__}. Use fa.models.Body3 for "
+            "3x3 matrices."
+        )
+    if hasattr(potential, "degrees_of_freedom") and not hasattr(potential, "slopes"):
+        mass = ", its mass by fa.affine_body(..., mu=)" if hasattr(potential, "mu") else ""
+        raise TypeError(
+            "potential must be a potential of A and B (value, slopes, margin), got a model. Pass "
+            f"{type(potential).__name__} without Body{mass}."
+        )
+
+
+@checks_arguments(_is_planar)
 @inserts_parameters
 class Body(NamedTuple):
     """Model the planar affinely-rigid body with a doubly isotropic potential.
@@ -198,37 +222,6 @@ class Body(NamedTuple):
             Numbers of the potential. Only a potential that has `poles` has them.
         """
         return self.potential.poles(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
-
-
-def _refusing(made: Callable[..., Body]) -> Callable[..., Body]:
-    """Let the maker of bodies name the systems that have friction or a drive, which bodies do not have, and refuse a
-    model in place of a potential.
-    """
-
-    @functools.wraps(made)
-    def wrapped(*given: Any, **named: Any) -> Body:
-        for name in named:
-            if name in TERMS:
-                raise TypeError(f"Body takes potential and mu, got {name}={shown(named[name], 20)}. {FREE}")
-        potential = given[1] if len(given) > 1 else named.get("potential")
-        if hasattr(potential, "matrix_value") and not isinstance(potential, type):
-            raise TypeError(
-                f"potential must be a potential of A and B, got {type(potential).__name__}. Use fa.models.Body3 for "
-                "3x3 matrices."
-            )
-        model = hasattr(potential, "degrees_of_freedom") and not hasattr(potential, "slopes")
-        if model and not isinstance(potential, type):
-            mass = ", its mass by fa.affine_body(..., mu=)" if hasattr(potential, "mu") else ""
-            raise TypeError(
-                "potential must be a potential of A and B (value, slopes, margin), got a model. Pass "
-                f"{type(potential).__name__} without Body{mass}."
-            )
-        return made(*given, **named)
-
-    return wrapped
-
-
-Body.__new__ = _refusing(Body.__new__)  # type: ignore[method-assign, assignment]
 
 
 class HenonHeiles(NamedTuple):

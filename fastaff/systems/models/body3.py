@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
 from ...core.numbers import shown
+from .constructors import checks_arguments
 from .contracts import Arithmetic
 from .energy_method import energy_method
 from .matrix_potentials import MATRIX_METHODS
 from .potentials3 import Sum3
 
 
+def is_of_matrices(potential: Any) -> bool:
+    """Tell whether a value is a potential of 3x3 matrices, of a sum whether both parts are."""
+    if isinstance(potential, Sum3):
+        return is_of_matrices(potential.first) and is_of_matrices(potential.second)
+    return not isinstance(potential, type) and all(hasattr(potential, name) for name in MATRIX_METHODS)
+
+
+def _is_spatial(arguments: Mapping[str, Any]) -> None:
+    """Refuse a potential of other variables than 3x3 matrices."""
+    if "potential" in arguments and not is_of_matrices(arguments["potential"]):
+        raise TypeError(
+            "potential must be a potential of 3x3 matrices such as fa.models.GasCloud(), got "
+            f"{shown(arguments['potential'], 40)}."
+        )
+
+
+@checks_arguments(_is_spatial)
 @inserts_parameters
 class Body3(NamedTuple):
     """Model the affinely-rigid body in space with an isotropic potential.
@@ -38,7 +55,7 @@ class Body3(NamedTuple):
     * Rows of a phase point: x1, x2, x3, y1, y2, y3, z1, z2, z3, the elements of phi row by row, then their momenta. A
       material point a is at phi a.
     * Conserved: energy, spin and vorticity, three numbers each (`constants_of_motion`).
-    * Cost: `chaos_map` compiles in seconds, `tangent_map` with all 18 deviation vectors in a minute.
+    * Cost: the first `chaos_map` or `tangent_map` compiles for some seconds.
     * A body at rest in its principal axes and without rotation stays diagonal. A motion of the first two rows and
       columns keeps its third axis.
 
@@ -184,29 +201,3 @@ class Body3(NamedTuple):
         found = {"energy": self.kinetic_energy(*z[9:]) + self.potential_energy(*z[:9])}
         found |= {f"spin_{axis}": row for axis, row in zip("xyz", spin, strict=True)}
         return found | {f"vorticity_{axis}": row for axis, row in zip("123", vorticity, strict=True)}
-
-
-def _refusing(made: Callable[..., Body3]) -> Callable[..., Body3]:
-    """Let the maker of bodies refuse a potential of other variables."""
-
-    @functools.wraps(made)
-    def wrapped(*given: Any, **named: Any) -> Body3:
-        potential = given[1] if len(given) > 1 else named.get("potential")
-        if (len(given) > 1 or "potential" in named) and not is_of_matrices(potential):
-            raise TypeError(
-                "potential must be a potential of 3x3 matrices such as fa.models.GasCloud(), got "
-                f"{shown(potential, 40)}."
-            )
-        return made(*given, **named)
-
-    return wrapped
-
-
-def is_of_matrices(potential: Any) -> bool:
-    """Tell whether a value is a potential of 3x3 matrices, of a sum whether both parts are."""
-    if isinstance(potential, Sum3):
-        return is_of_matrices(potential.first) and is_of_matrices(potential.second)
-    return not isinstance(potential, type) and all(hasattr(potential, name) for name in MATRIX_METHODS)
-
-
-Body3.__new__ = _refusing(Body3.__new__)  # type: ignore[method-assign, assignment]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from ...core.numbers import shown
+from .constructors import checks_arguments
 
 T = TypeVar("T", bound=type)
 
@@ -17,19 +17,15 @@ def inertia_is_mu(body: str) -> Callable[[T], T]:
     """
 
     def told(cls: T) -> T:
-        potential: Any = cls
-        made = potential.__new__
+        fields: tuple[str, ...] = cls._fields  # type: ignore[attr-defined]
 
-        @functools.wraps(made)
-        def wrapped(*given: Any, **named: Any) -> Any:
-            if "mu" in named:
+        def has_no_mu(arguments: Mapping[str, Any]) -> None:
+            if "mu" in arguments:
                 raise TypeError(
-                    f"{cls.__name__} takes {' and '.join(potential._fields)}, got mu={shown(named['mu'], 20)}. "
+                    f"{cls.__name__} takes {' and '.join(fields)}, got mu={shown(arguments['mu'], 20)}. "
                     f"The shear modulus is G; mu is the inertia, {body}."
                 )
-            return made(*given, **named)
 
-        potential.__new__ = wrapped
-        return cls
+        return checks_arguments(has_no_mu)(cls)
 
     return told

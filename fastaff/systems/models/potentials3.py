@@ -6,17 +6,25 @@ Each class gives `value`, `slopes`, `changes` (the change of the slopes along a 
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.docstrings import inserts_parameters
+from .constructors import checks_arguments
 from .letters import inertia_is_mu
 from .matrix_potentials import of_invariants, of_stretches
 
 
+def _is_power_law(arguments: Mapping[str, Any]) -> None:
+    """Refuse gamma = 1, where V divides by 0."""
+    gamma = arguments.get("gamma")
+    if isinstance(gamma, (int, float)) and gamma == 1:
+        raise ValueError(f"gamma must differ from 1, got {gamma}. Try fa.models.formula3('-k*log(J)', k=1.0).")
+
+
+@checks_arguments(_is_power_law)
 @of_invariants
 @inserts_parameters
 class GasCloud(NamedTuple):
@@ -116,23 +124,6 @@ class GasCloud(NamedTuple):
             J, the volume.
         """
         return J + 0.0 * (I1 + I2)
-
-
-def _refusing(made: Callable[..., GasCloud]) -> Callable[..., GasCloud]:
-    """Let the maker of gas clouds refuse gamma = 1, where V divides by 0."""
-
-    @functools.wraps(made)
-    def wrapped(*given: Any, **named: Any) -> GasCloud:
-        cloud = made(*given, **named)
-        if isinstance(cloud.gamma, (int, float)) and cloud.gamma == 1:
-            hint = "Try fa.models.formula3('-k*log(J)', k=1.0)."
-            raise ValueError(f"gamma must differ from 1, got {cloud.gamma}. {hint}")
-        return cloud
-
-    return wrapped
-
-
-GasCloud.__new__ = _refusing(GasCloud.__new__)  # type: ignore[method-assign, assignment]
 
 
 @inertia_is_mu("fa.models.Body3(..., mu=...)")
