@@ -10,16 +10,22 @@ from ..chaos.basins import ESCAPED, UNDECIDED, AttractorKind, Basins
 from ..core.docstrings import inserts_parameters
 from ..core.names import named
 from .starts import cell_edges
-from .style import ACCENT, DARK, GREY, PALE, Artists, figure, light, symbol
+from .style import MIDDLE, ON_LIGHT, Artists, Palette, contrast, figure, luminance, symbol
 
-COLOURS = (DARK, "#e3c65b", PALE, ACCENT, "#7f2a5f", "#a9c7a0", "#5c5c5c", "#d9a7b0")
-"""Colours of basins in turn: neighbours differ by lightness too."""
+COLOURS = (ON_LIGHT.main, "#e3c65b", ON_LIGHT.pale, ON_LIGHT.accent, ON_LIGHT.plum, "#a9c7a0", "#5c5c5c", "#d9a7b0")
+"""Colours of basins in turn, on any ground because they cover it: neighbours differ by lightness too."""
+
+GREY = "0.72"
+"""Colour of undecided orbits."""
 
 AWAY = "0.95"
 """Colour of orbits that escape."""
 
-PALE_EDGE = "0.55"
-"""Edge of dots that are nearly white."""
+FAINT = 1.5
+"""Contrast to the ground below which a dot has an edge: white and navy dots on white and black."""
+
+EDGE = "0.55"
+"""Colour of that edge, seen on any ground."""
 
 
 @figure
@@ -130,8 +136,9 @@ def _dots(ax: Any, along: np.ndarray, up: np.ndarray, code: np.ndarray, colours:
     from matplotlib.colors import to_rgba_array
 
     faces = to_rgba_array(colours)
-    pale = faces[:, :3].min(axis=1) > 0.9
-    edges = np.where(pale[:, None], to_rgba_array([PALE_EDGE]), faces)
+    ground = Palette.of(ax).ground
+    faint = np.array([contrast(face[:3], ground) < FAINT for face in faces], bool)
+    edges = np.where(faint[:, None], to_rgba_array([EDGE]), faces)
     how = {"c": faces[code], "edgecolors": edges[code], "linewidths": 0.4, "rasterized": True}
     return ax.scatter(along, up, s=size, **how)
 
@@ -148,7 +155,7 @@ def _attractor(ax: Any, basins: Basins, k: int, first: int, second: int, colour:
     if kind == AttractorKind.PERIODIC:
         closed = np.concatenate([states, states[:, :1]], axis=1)
         return ax.plot(closed[first], closed[second], color="white", lw=1.6, zorder=4, path_effects=_outlined())[0]
-    ink = "black" if light(colour) else "white"
+    ink = "black" if luminance(colour) > MIDDLE else "white"
     return ax.plot(states[first], states[second], ls="", marker="o", ms=1.1, mew=0, mfc=ink, zorder=4, rasterized=True)[
         0
     ]
