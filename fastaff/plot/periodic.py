@@ -18,6 +18,7 @@ from ..runs.coordinates import in_chart
 from ..systems.charts import ALPHA_BETA, Chart
 from .curves import above_rounding
 from .picking import carry
+from .sections import free_rows, has_momenta
 from .style import Artists, Palette, figure, symbol
 
 STYLES = {
@@ -93,8 +94,8 @@ def plot_periodic(
     ['1: $-0.239$']
     """
     names, rows = _coordinates(orbits, chart)
-    free = _free(orbits, names)
-    chosen = x or free, y or names[names.index(free) + len(names) // 2]
+    first, second = _free_pair(orbits, names)
+    chosen = x or first, y or second
     for name in chosen:
         if name not in names:
             raise ValueError(f"x and y must be among {listed(names)}, got {shown(name)}")
@@ -137,6 +138,14 @@ def on_one_sheet(points: np.ndarray, names: tuple[str, ...]) -> np.ndarray:
         return points
     sign = np.where(points[:2] < 0, -1.0, 1.0)
     return points * np.concatenate([sign, sign])
+
+
+def _free_pair(orbits: PeriodicOrbits, names: tuple[str, ...]) -> tuple[str, str]:
+    """Return the coordinate that the section leaves free and its momentum; without momenta, the first two free ones."""
+    if len(names) > 2 and not has_momenta(orbits):
+        return free_rows(orbits.section, names)
+    free = _free(orbits, names)
+    return free, names[names.index(free) + len(names) // 2]
 
 
 def _free(orbits: PeriodicOrbits, names: tuple[str, ...]) -> str:

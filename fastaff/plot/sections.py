@@ -95,7 +95,7 @@ def plot_section(
     """
     boundary = _own_edge(section_map) if boundary is True else boundary or None
     names, coordinates = section_coordinates(section_map, chart)
-    first, second = _free_pair(section_map.section, names)
+    first, second = _free_pair(section_map, names)
     x, y = x or first, y or second
     for name in (x, y):
         if name not in names:
@@ -301,13 +301,35 @@ def section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...]
     return tuple(names), section_map.points
 
 
-def _free_pair(section: Any, names: tuple[str, ...]) -> tuple[str, str]:
-    """Return a coordinate that is free on the section and its momentum."""
+def _free_pair(section_map: Any, names: tuple[str, ...]) -> tuple[str, str]:
+    """Return a coordinate that is free on the section and its momentum; without momenta, the first two free ones."""
+    section = section_map.section
     if names[-2:] == PHASE and isinstance(section, Hyperplane) and np.any(section.normal[-2:]):  # a phase of the force
         names = names[:-2]
-        return names[0], names[len(names) // 2]
+        return names[0], names[len(names) // 2 if has_momenta(section_map) else 1 % len(names)]
+    if len(names) > 2 and not has_momenta(section_map):
+        return free_rows(section, names)
     free = _free_coordinate(section, names)
     return free, names[names.index(free) + len(names) // 2]
+
+
+def has_momenta(found: Any) -> bool:
+    """Tell whether the second half of the rows of a result are momenta: by its model, else by their names, which begin
+    with p. Charts of bodies have them.
+    """
+    names = tuple(name for name in found.names if name not in PHASE)
+    model = argument_of(found, "model")
+    if model is not None:
+        return bool(current_system(model).canonical)
+    half = len(names) // 2
+    return not names or (len(names) == 2 * half and all(name[:1] == "p" for name in names[half:]))
+
+
+def free_rows(section: Any, names: tuple[str, ...]) -> tuple[str, str]:
+    """Return the first two of three or more coordinates without the one that the section fixes."""
+    fixed = np.flatnonzero(section.normal)[:1] if isinstance(section, (Hyperplane, AngleEquals)) else ()
+    first, second, *_ = [name for row, name in enumerate(names) if row not in fixed]
+    return first, second
 
 
 def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
