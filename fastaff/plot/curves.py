@@ -80,11 +80,13 @@ def planes_of(names: tuple[str, ...]) -> list[tuple[str, str]]:
 
 def axes_of(names: tuple[str, ...], x: str | None, y: str | None) -> list[tuple[str, str]]:
     """Return the names on the axes of an orbit's curves: those given, else of each of several bodies, else alpha and
-    beta of a body, else of the first two coordinates.
+    beta of a body, else of the first two coordinates, else of time and the only coordinate.
     """
     several = planes_of(names)
     if x is None and y is None and len(several) > 1:
         return several
+    if len(names) == 1:
+        return [(x or "time", y or names[0])]
     usual = ("alpha", "beta") if names[:4] == BODY else (names[0], names[1 % len(names)])
     return [(x or usual[0], y or usual[1])]
 

@@ -22,6 +22,9 @@ from .winding import around_zero, broken
 MOST = 40
 """Orbits drawn as curves by default."""
 
+JOINED = 200
+"""Iterates against their number that thin lines join: more of them would fill the figure."""
+
 
 @figure
 @inserts_parameters
@@ -37,7 +40,8 @@ def plot_orbits(
     {ax}
     x, y : str, optional
         Coordinates or momenta, for a body of any chart; `x` may be ``"time"``. Default: the first two coordinates,
-        alpha and beta for a body, all bodies for coordinates x1, y1, x2, y2, ... A periodic coordinate that rotates is
+        alpha and beta for a body, all bodies for coordinates x1, y1, x2, y2, ..., time and the coordinate for one. A
+        periodic coordinate that rotates is
         drawn within half a period around 0.
     orbits : sequence of int, optional
         Numbers of the orbits to draw. Default: up to 40.
@@ -86,6 +90,8 @@ def plot_orbits(
             how: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.0}
             if sampled:
                 how = {"marker": ".", "ls": "", "ms": 1.5} if iterated else {"lw": 0.8, "alpha": 0.85, "ls": dashes}
+                if iterated and across == "time" and len(u) <= JOINED:
+                    how = {"marker": ".", "ls": "-", "lw": 0.5, "ms": 4.0}
             if len(bodies) > 1:
                 how |= {"marker": "o", "ms": 4.0, "markevery": [-1]}  # where each body is at the end
                 how |= {"label": f"body {across[1:]}"} if k == 0 else {}
@@ -94,6 +100,8 @@ def plot_orbits(
             nearest = np.rint(moment * (max(len(result.times), 1) - 1) / max(len(u) - 1, 1)).astype(int)
             curves.append(carry(curve, U, V, np.full(len(U), chosen[k]), nearest if result.z.ndim > 1 else None))
     _name(ax, curves, bodies, why(status[chosen], gone) if gone.any() or not finite else "", finite)
+    if iterated and bodies[0][0] == "time":
+        ax.set_xlabel("iterate $n$")
     return Artists(tuple(curves), None, (), (), total - len(chosen))
 
 

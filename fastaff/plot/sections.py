@@ -20,6 +20,7 @@ from ..systems.formulas.forced import PHASE
 from ..systems.models.sections import AngleEquals, Hyperplane
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
+from .one_variable import draw_diagonal, images, name_iterates
 from .picking import carry
 from .scales import Colouring, colours_of, orbit_colours
 from .starts import places
@@ -61,7 +62,8 @@ def plot_section(
         Colours: values, a column of the map such as ``"energy_error"``, or a `Colouring` of another result of the same
         orbits, for example ``colouring(chaos_map, "sali")``. Default: one blue.
     x, y : str, optional
-        Coordinates or momenta (``p_beta``), for a body of the chart. Default: those free on the section.
+        Coordinates or momenta (``p_beta``), for a body of the chart. Default: those free on the section. For a map of
+        one variable, the second axis is the next iterate.
     chart : Chart, default ALPHA_BETA
         Coordinates of a body.
     boundary : Edge or bool, optional
@@ -102,6 +104,8 @@ def plot_section(
             raise ValueError(f"x and y must be among {listed(names)}, got {shown(name)}")
     u = coordinates[names.index(x)]
     v = coordinates[names.index(y)]
+    returns = len(names) == 1
+    v = images(u) if returns else v
     colours = None if values is None else orbit_colours(section_map, values, u.shape[1], norm, vmin, vmax, label)
     gone = ~np.isin(section_map.status, (Status.OK, Status.TOO_FEW_CROSSINGS, Status.INTERRUPTED))
     crossed = section_map.counts > 0
@@ -126,6 +130,9 @@ def plot_section(
     if legend:
         above_frame(ax, legend)
     ax.set(xlabel=f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
+    if returns:
+        name_iterates(ax, x)
+        lines.append(draw_diagonal(ax))
     bar = None
     if colorbar and colours is not None and total:
         bar = colour_bar(ax, points, colours)

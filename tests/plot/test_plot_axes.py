@@ -60,3 +60,74 @@ def test_sections_of_hamiltonian_systems_show_a_pair():
     ax = _axes()
     plot.plot_section(cut, ax=ax)
     assert _labels(ax) == ("$y$", "$p_{y}$")
+
+
+LOGISTIC = fa.iterated_map("x1 = r*x*(1 - x)", r=3.9)
+
+
+def test_orbits_of_a_map_of_one_variable_are_drawn_against_the_iterate():
+    orbits = fa.integrate(LOGISTIC, [0.3], time=20, samples=20)
+    ax = _axes()
+    (curve,) = plot.plot_orbits(orbits, ax=ax).points
+    assert _labels(ax) == ("iterate $n$", "$x$")
+    x = [0.3]
+    for _ in range(20):
+        x.append(3.9 * x[-1] * (1 - x[-1]))
+    np.testing.assert_allclose(curve.get_xydata(), np.column_stack([range(1, 21), x[1:]]), atol=1e-9)
+
+
+def test_sections_of_a_map_of_one_variable_are_its_returns():
+    cut = fa.poincare_map(LOGISTIC, [[0.3, 0.6]], crossings=30)
+    ax = _axes()
+    drawn = plot.plot_section(cut, ax=ax)
+    assert _labels(ax) == ("${x}_{n}$", "${x}_{n+1}$")
+    x, image = drawn.points.get_offsets().T
+    assert x.size == 2 * 29
+    np.testing.assert_allclose(image, 3.9 * x * (1 - x), atol=1e-12)
+    ax.figure.draw_without_rendering()
+
+
+def test_cycles_of_a_map_of_one_variable_have_their_multipliers():
+    """The multiplier of a cycle is the product of f'(x) = 3.9 (1 - 2 x) over its points."""
+    cycles = fa.find_periodic_orbits(LOGISTIC, np.linspace(0.05, 0.95, 20)[None], max_crossings=2)
+    ax = _axes()
+    drawn = plot.plot_periodic(cycles, ax=ax)
+    assert _labels(ax) == ("${x}_{n}$", "${x}_{n+1}$")
+    marks = np.concatenate([mark.get_xydata() for mark in drawn.points])
+    marks = marks[np.isfinite(marks).all(axis=1)]
+    assert len(marks) == cycles.crossings.sum()
+    np.testing.assert_allclose(marks[:, 1], 3.9 * marks[:, 0] * (1 - marks[:, 0]), atol=1e-9)
+    own = [
+        np.prod(3.9 * (1 - 2 * cycles.points[0, :count, k])) for k, count in enumerate(cycles.crossings)
+    ]
+    written = [text.get_text() for text in drawn.labels]
+    said = [float(text.partition("=")[2].rstrip("$")) for text in written]
+    assert said == pytest.approx(own, rel=5e-3)
+    assert len(drawn.lines) == 1 + cycles.crossings.size
+    ax.figure.draw_without_rendering()
+
+
+def test_cycles_of_a_dissipative_map_have_their_multipliers():
+    henon = fa.iterated_map("x1 = 1 - a*x**2 + y; y1 = b*x", a=1.4, b=0.3)
+    cycles = fa.find_periodic_orbits(henon, [[0.6, -1.1], [0.2, -0.3]], max_crossings=1)
+    own = np.abs(cycles.multipliers).max(axis=0)
+    said = [float(text.get_text().partition("=")[2].rstrip("$")) for text in plot.plot_periodic(cycles, ax=_axes()).labels]
+    assert np.abs(said) == pytest.approx(own, rel=5e-3)
+    assert len(said) == cycles.crossings.size > 0
+
+
+def test_branches_of_a_map_of_one_variable_show_the_variable():
+    """The fixed point is 1 - 1/r, which doubles its period at r = 3."""
+    branch = fa.continuation(lambda r: LOGISTIC._replace(r=r), [0.6], parameter=2.5, bounds=(2.5, 3.4), ds_max=1.0)
+    ax = _axes()
+    drawn = plot.plot_backbone(branch, ax=ax)
+    assert ax.get_ylabel() == "$x$"
+    for curve in drawn.points:
+        r, x = curve.get_xydata()[np.isfinite(curve.get_ydata())].T
+        assert r.size > 2
+        np.testing.assert_allclose(x, 1 - 1 / r, atol=2e-3)
+    (mark,) = drawn.lines
+    assert mark.get_xydata()[0] == pytest.approx([3.0, 2 / 3], abs=1e-6)
+    ax = _axes()
+    plot.plot_backbone(branch, ax=ax, y="frequency")
+    assert ax.get_ylabel().startswith("frequency")
