@@ -27,7 +27,7 @@ from .style import Artists, Palette, beyond, figure, nothing, symbol
 
 LABELS = {
     "energy": "energy $E$",
-    "angular_momentum": "angular momentum $L$ of the initial condition",
+    "angular_momentum": "angular momentum $L_z$ of the initial condition",
     "radius": "radius $r$ of the initial condition",
 }
 """Names of the axes with values of initial conditions."""

@@ -131,3 +131,35 @@ def test_branches_of_a_map_of_one_variable_show_the_variable():
     ax = _axes()
     plot.plot_backbone(branch, ax=ax, y="frequency")
     assert ax.get_ylabel().startswith("frequency")
+
+
+def _families(resonances, family, sense):
+    """Families of orbits in space, made by hand."""
+    orbits = len(resonances)
+    values = np.linspace(0.1, 1.0, orbits)
+    return fa.frequencies.OrbitFamilies(
+        names=("x", "y", "z"),
+        family=np.array(family),
+        sense=np.array(sense),
+        resonance=np.array(resonances).T,
+        nu=np.array([values, 1.1 * values + 0.1, 1.3 * values + 0.2]),
+        turns=np.ones(orbits),
+        energy=np.full(orbits, -0.3),
+        angular_momentum=values,
+        radius=values,
+        status=np.zeros(orbits, np.int64),
+    )
+
+
+def test_tubes_about_different_axes_look_different():
+    family = fa.frequencies.OrbitFamily
+    loops = [(1, -1, 0), (1, -1, 0), (0, 1, -1), (0, 1, -1), (1, 0, -1), (1, 0, -1)]
+    found = _families([*loops, (2, 0, -1)], [family.LOOP] * 6 + [family.RESONANT], [1, -1, 1, -1, 1, -1, 0])
+    ax = _axes()
+    marks = plot.plot_families(found, ax=ax).points
+    looks = {(mark.get_paths()[0].vertices.tobytes(), mark.get_facecolor().tobytes()) for mark in marks}
+    assert len(looks) == len(marks) == 7
+    told = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert {"1 z tube +", "1 z tube -", "1 x tube +", "1 x tube -", "1 y tube +", "1 y tube -"} < set(told)
+    assert told[-1] == r"1 $2\nu_{x}-\nu_{z}=0$"
+    assert ax.get_xlabel() == "angular momentum $L_z$ of the initial condition"
