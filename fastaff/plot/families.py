@@ -136,7 +136,7 @@ def _told(families: OrbitFamilies, orbit: int, name: str) -> str:
     plain = equation(vector, families.names)
     if plain not in name:
         return name
-    return name.removeprefix("resonant ").replace(plain, formula(vector, families.names))
+    return name.replace("resonant ", "at ").replace(plain, formula(vector, families.names))
 
 
 def _looks(palette: Palette) -> dict[OrbitFamily, dict[str, Any]]:

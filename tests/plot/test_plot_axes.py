@@ -161,5 +161,19 @@ def test_tubes_about_different_axes_look_different():
     assert len(looks) == len(marks) == 7
     told = [text.get_text() for text in ax.get_legend().get_texts()]
     assert {"1 z tube +", "1 z tube -", "1 x tube +", "1 x tube -", "1 y tube +", "1 y tube -"} < set(told)
-    assert told[-1] == r"1 $2\nu_{x}-\nu_{z}=0$"
+    assert told[-1] == r"1 at $2\nu_{x}-\nu_{z}=0$"
     assert ax.get_xlabel() == "angular momentum $L_z$ of the initial condition"
+
+
+def test_attractors_of_a_driven_ode_are_drawn_at_the_phase_of_the_grid():
+    """x' = -x + cos(phi) comes to (cos(phi) + w sin(phi))/(1 + w^2), and y' = -2 y + sin(phi) likewise."""
+    w, phase = 0.8, 0.7
+    model = fa.ode("x'=-x+cos(phi); y'=-2*y+sin(phi); phi'=w", periodic={"phi": "2*pi"}, w=w)
+    axes = {"x": np.linspace(-1.0, 1.0, 5), "y": np.linspace(-1.0, 1.0, 5)}
+    found = fa.basins(model, fa.energy_grid(model, axes=axes, fixed={"phi": phase}), time=40 * np.pi / w)
+    ax = _axes()
+    (mark,) = plot.plot_basins(found, ax=ax).lines
+    x = (np.cos(phase) + w * np.sin(phase)) / (1 + w**2)
+    y = (2 * np.sin(phase) - w * np.cos(phase)) / (4 + w**2)
+    np.testing.assert_allclose(mark.get_xydata(), [[x, y]], atol=1e-5)
+    assert ax.get_legend().get_texts()[-1].get_text() == r"attractors at $\varphi=0.7$"
