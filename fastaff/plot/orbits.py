@@ -13,7 +13,7 @@ from ..runs.coordinates import chart_row
 from ..runs.integrate import Orbits
 from ..runs.schemes.catalogue import ITERATION
 from ..runs.tangent_map import TangentMap
-from .curves import above_rounding, axes_of, equal_axes, in_space, smooth
+from .curves import above_rounding, axes_of, equal_axes, far_apart, in_space, smooth
 from .picking import carry
 from .sections import why
 from .style import Artists, Palette, chosen_orbits, figure, nothing, symbol
@@ -55,7 +55,8 @@ def plot_orbits(
     Notes
     -----
     - Curves between samples are cubic polynomials, by the model's rates at the samples. They are chords if the model is
-      not known or if the samples are farther apart than about a quarter of a turn.
+      not known or if the samples are farther apart than about a quarter of a turn. If their times are unequal too,
+      the samples are dots.
     - Cartesian coordinates x, y, z have axes of one scale.
 
     Examples
@@ -70,11 +71,14 @@ def plot_orbits(
     status = np.atleast_1d(result.status).ravel()
     chosen = chosen_orbits(orbits, total, MOST)
     sampled = len(result.times) > 0
+    dots = False
     iterated = getattr(result, "scheme", None) == ITERATION  # nothing lies between two iterates
     states, times = z[:, None, chosen], np.ravel(result.t)[None, chosen]
     if sampled:
         samples = result.samples.reshape(len(result.times), len(z), total).transpose(1, 0, 2)
-        states, times = smooth(result, samples[:, :, chosen], result.times)
+        states, times = samples[:, :, chosen], result.times
+        dots = far_apart(result, states, times)
+        states, times = (states, times) if dots else smooth(result, states, times)
         times = times[:, None]
     gone = status[chosen] != Status.OK
     palette = Palette.of(ax)
@@ -90,6 +94,7 @@ def plot_orbits(
             how: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.0}
             if sampled:
                 how = {"marker": ".", "ls": "", "ms": 1.5} if iterated else {"lw": 0.8, "alpha": 0.85, "ls": dashes}
+                how = {"marker": ".", "ls": "", "ms": 3.0} if dots else how
                 if iterated and across == "time" and len(u) <= JOINED:
                     how = {"marker": ".", "ls": "-", "lw": 0.5, "ms": 4.0}
             if len(bodies) > 1:
