@@ -1,5 +1,7 @@
 """Default axes of figures show what varies: no coordinate that a section fixes, no variable against itself."""
 
+from types import SimpleNamespace
+
 import matplotlib
 import numpy as np
 import pytest
@@ -177,3 +179,60 @@ def test_attractors_of_a_driven_ode_are_drawn_at_the_phase_of_the_grid():
     y = (2 * np.sin(phase) - w * np.cos(phase)) / (4 + w**2)
     np.testing.assert_allclose(mark.get_xydata(), [[x, y]], atol=1e-5)
     assert ax.get_legend().get_texts()[-1].get_text() == r"attractors at $\varphi=0.7$"
+
+
+def test_samples_far_apart_at_unequal_times_are_dots():
+    """Samples of a Kepler ellipse, semi-axes 1 and 0.8, at random times, and close to each other."""
+    kepler = fa.hamiltonian("-1/sqrt(x**2+y**2)")
+    z0 = [0.4, 0.0, 0.0, 2.0]
+    for samples, style in ((np.sort(np.random.default_rng(3).uniform(0, 50, 200)), "None"), (np.arange(1, 400) ** 1.01 / 20, "-")):
+        orbits = fa.integrate(kepler, z0, time=50.0, samples=samples)
+        ax = _axes()
+        (curve,) = plot.plot_orbits(orbits, ax=ax).points
+        assert curve.get_linestyle() == style
+        assert ax.get_aspect() == 1.0
+        x, y = curve.get_xydata().T
+        np.testing.assert_allclose(((x + 0.6) / 1.0) ** 2 + (y / 0.8) ** 2, 1.0, atol=2e-3)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_aperture_of_a_grid_without_corners_is_that_of_the_whole(seed):
+    """Cells beyond a circle have no orbit: these are lost."""
+    rng = np.random.default_rng(seed)
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(-1.5, 1.5, 41), np.linspace(0.0, 1.5, 21)))
+    lost = np.hypot(x - rng.uniform(-0.1, 0.1), y) > rng.uniform(0.6, 0.8)
+    inside = x**2 + y**2 < 1.5**2 + 1e-9
+    drawn = []
+    for kept in (np.ones_like(inside), inside):
+        result = SimpleNamespace(t=np.where(lost, 5.0, 99.0)[kept], status=1 * lost[kept], scheme=None)
+        drawn.append(plot.plot_aperture(result, np.array([x, y])[:, kept], ax=_axes()))
+    whole, part = drawn
+    assert inside.sum() < 0.9 * inside.size
+    assert part.labels[0].get_text() == whole.labels[0].get_text()
+    for one, other in zip(whole.lines, part.lines, strict=True):
+        np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
+
+
+def test_the_note_of_an_aperture_is_outside_of_the_frame():
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(-4, 4, 21), np.linspace(-4, 4, 21)))
+    lost = np.hypot(x, y) > 1
+    result = SimpleNamespace(t=np.where(lost, 10.0, 1000.0), status=1 * lost, scheme=None)
+    ax = _axes()
+    plot.plot_aperture(result, np.array([x, y]), ax=ax)
+    (note,) = ax.texts
+    ax.figure.draw_without_rendering()
+    assert note.get_window_extent().y0 > ax.bbox.y1
+    assert note.get_window_extent().y1 < ax._left_title.get_window_extent().y0
+
+
+def test_axes_of_tunes_are_in_cycles_per_turn():
+    ring = fa.iterated_map(
+        "x1 = c*x + s*p; p1 = -s*x + c*p; y1 = C*y + S*q; q1 = -S*y + C*q",
+        coordinates="x y",
+        momenta="p q",
+        c=np.cos(1.7), s=np.sin(1.7), C=np.cos(2.3), S=np.sin(2.3),
+    )
+    found = fa.frequency_map(ring, [[0.1], [0.2], [0.0], [0.1]], time=400)
+    ax = _axes()
+    plot.plot_frequency_map(found, ax=ax)
+    assert _labels(ax) == ("$Q_{x}$  (cycles per turn)", "$Q_{y}$  (cycles per turn)")
