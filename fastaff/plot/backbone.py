@@ -193,9 +193,7 @@ def _marked(ax: Any, branches: Sequence[Branch], turn: float, row: int | None, o
     return marks
 
 
-def _mark(
-    ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | None = None, one: bool = False
-) -> Any:
+def _mark(ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | None = None, one: bool = False) -> Any:
     look = MARKS.get(kind, {"marker": "o", "label": kind.name.lower().replace("_", " ")})
     x = [event.parameter for event in found]
     y = [e.z[0] if one else turn / e.period if row is None else e.amplitude[row] for e in found]

@@ -61,8 +61,8 @@ def plot_periodic(
     chart : Chart, default ALPHA_BETA
         Coordinates of a body.
     labels : bool, default True
-        Write "crossings: residue", or without residues the largest multiplier, beside the crossing with most free space. Set the limits of the axes before the call,
-        because the free space depends on them.
+        Write "crossings: residue", or without residues the largest multiplier, beside the crossing with most free
+        space. Set the limits of the axes before the call, because the free space depends on them.
     legend : bool, default True
         Name the marks.
     fontsize : float, default 8

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 import fastaff as fa
 from fastaff import plot
+from fastaff.plot.style import contrast
 
 matplotlib.use("Agg")
 
@@ -99,9 +100,7 @@ def test_cycles_of_a_map_of_one_variable_have_their_multipliers():
     marks = marks[np.isfinite(marks).all(axis=1)]
     assert len(marks) == cycles.crossings.sum()
     np.testing.assert_allclose(marks[:, 1], 3.9 * marks[:, 0] * (1 - marks[:, 0]), atol=1e-9)
-    own = [
-        np.prod(3.9 * (1 - 2 * cycles.points[0, :count, k])) for k, count in enumerate(cycles.crossings)
-    ]
+    own = [np.prod(3.9 * (1 - 2 * cycles.points[0, :count, k])) for k, count in enumerate(cycles.crossings)]
     written = [text.get_text() for text in drawn.labels]
     said = [float(text.partition("=")[2].rstrip("$")) for text in written]
     assert said == pytest.approx(own, rel=5e-3)
@@ -113,7 +112,9 @@ def test_cycles_of_a_dissipative_map_have_their_multipliers():
     henon = fa.iterated_map("x1 = 1 - a*x**2 + y; y1 = b*x", a=1.4, b=0.3)
     cycles = fa.find_periodic_orbits(henon, [[0.6, -1.1], [0.2, -0.3]], max_crossings=1)
     own = np.abs(cycles.multipliers).max(axis=0)
-    said = [float(text.get_text().partition("=")[2].rstrip("$")) for text in plot.plot_periodic(cycles, ax=_axes()).labels]
+    said = [
+        float(text.get_text().partition("=")[2].rstrip("$")) for text in plot.plot_periodic(cycles, ax=_axes()).labels
+    ]
     assert np.abs(said) == pytest.approx(own, rel=5e-3)
     assert len(said) == cycles.crossings.size > 0
 
@@ -185,7 +186,10 @@ def test_samples_far_apart_at_unequal_times_are_dots():
     """Samples of a Kepler ellipse, semi-axes 1 and 0.8, at random times, and close to each other."""
     kepler = fa.hamiltonian("-1/sqrt(x**2+y**2)")
     z0 = [0.4, 0.0, 0.0, 2.0]
-    for samples, style in ((np.sort(np.random.default_rng(3).uniform(0, 50, 200)), "None"), (np.arange(1, 400) ** 1.01 / 20, "-")):
+    for samples, style in (
+        (np.sort(np.random.default_rng(3).uniform(0, 50, 200)), "None"),
+        (np.arange(1, 400) ** 1.01 / 20, "-"),
+    ):
         orbits = fa.integrate(kepler, z0, time=50.0, samples=samples)
         ax = _axes()
         (curve,) = plot.plot_orbits(orbits, ax=ax).points
@@ -230,9 +234,25 @@ def test_axes_of_tunes_are_in_cycles_per_turn():
         "x1 = c*x + s*p; p1 = -s*x + c*p; y1 = C*y + S*q; q1 = -S*y + C*q",
         coordinates="x y",
         momenta="p q",
-        c=np.cos(1.7), s=np.sin(1.7), C=np.cos(2.3), S=np.sin(2.3),
+        c=np.cos(1.7),
+        s=np.sin(1.7),
+        C=np.cos(2.3),
+        S=np.sin(2.3),
     )
     found = fa.frequency_map(ring, [[0.1], [0.2], [0.0], [0.1]], time=400)
     ax = _axes()
     plot.plot_frequency_map(found, ax=ax)
     assert _labels(ax) == ("$Q_{x}$  (cycles per turn)", "$Q_{y}$  (cycles per turn)")
+
+
+@pytest.mark.parametrize("ground", ["white", "black"])
+def test_named_closed_orbits_have_colours_of_their_own(ground):
+    """Eight times one orbit: its curves differ by colour alone."""
+    z0 = np.tile([[0.0], [0.3], [0.4], [0.0]], 8)
+    orbits = fa.periodic_orbits(fa.HenonHeiles(), z0, section="x=0", energy=0.1, max_time=20.0)
+    ax = _axes()
+    ax.set_facecolor(ground)
+    curves = plot.plot_closed_orbits(orbits, ax=ax).points
+    colours = {matplotlib.colors.to_rgb(curve.get_color()) for curve in curves}
+    assert len(colours) == len(curves) == 8
+    assert min(contrast(colour, ground) for colour in colours) > 2.5
