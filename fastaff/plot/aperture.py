@@ -11,10 +11,14 @@ from ..core.numbers import numbers, whole
 from ..core.status import Status
 from ..runs.starts import ordered
 from .picking import carry
-from .style import Artists, Palette, beyond, figure, symbol
+from .style import SMALL, Artists, Palette, figure, symbol
 
 FAR = 1.6
 """Initial conditions beyond so many times the largest amplitude of the aperture, all lost, lie outside of the frame."""
+
+FILLED = 0.5
+"""Share of the cells of a grid beyond which places are a grid: an inscribed ellipse has 0.79, four rays less than 0.5.
+"""
 
 DIRECTIONS = 181
 """Directions in which the aperture of a grid is measured."""
@@ -58,7 +62,7 @@ def plot_aperture(
     Notes
     -----
     - A grid of x and y: the outline encloses the cells of surviving orbits that are connected with the centre. The
-      aperture in a direction is the distance from the centre to this outline.
+      aperture in a direction is the distance from the centre to this outline. Cells without an orbit count as lost.
     - Other initial conditions: at each angle, the aperture is the largest amplitude up to which all orbits survived.
       The outline joins the angles.
     - If no orbit is lost in a direction, the aperture is at least that large.
@@ -84,7 +88,7 @@ def plot_aperture(
     shown = np.clip(result.t, 1e-3 * end, end)
     palette = Palette.of(ax)
     how = {"cmap": palette.colour_map().reversed(), "norm": LogNorm(float(shown.min(initial=0.1 * end)), end)}
-    plane = min(sides := (np.unique(across).size, np.unique(up).size)) > 1 and sides[0] * sides[1] == across.size
+    plane = _on_grid(across, up)
     points = ax.scatter(across, up, c=shown, s=14, linewidths=0, rasterized=True, **how)
     carry(points, across, up, np.arange(angle.size))
     if plane:
@@ -120,6 +124,14 @@ def plot_aperture(
     return Artists(points, bar, (curve, least) if plane else (curve, least, beyond_), (text,), 0)
 
 
+def _on_grid(across: np.ndarray, up: np.ndarray) -> bool:
+    """Tell whether places are the cells of a grid of x and y, or most of them: others are outside of a domain."""
+    columns, column = np.unique(across, return_inverse=True)
+    rows, row = np.unique(up, return_inverse=True)
+    cells = np.unique(row * columns.size + column).size
+    return min(columns.size, rows.size) > 1 and cells == across.size > FILLED * columns.size * rows.size
+
+
 def _near(ax: Any, rows: tuple[np.ndarray, ...], reach: float) -> None:
     """Set the frame to starts, by their rows of x and y, no farther than `reach`, if that is not 0."""
     far = np.max(np.abs(rows), axis=0) > reach
@@ -129,7 +141,10 @@ def _near(ax: Any, rows: tuple[np.ndarray, ...], reach: float) -> None:
         low, high = getattr(ax, f"get_{axis}lim")()
         low = max(low, -1.05 * reach, float(row.min()) - 0.05 * reach)
         ax.set(**{f"{axis}lim": (low, min(high, 1.05 * reach))})
-    beyond(ax, f"{np.count_nonzero(far)} of {far.size} initial conditions beyond the axes")
+    said = f"{np.count_nonzero(far)} of {far.size} initial conditions beyond the axes"
+    style = {"ha": "right", "va": "bottom", "fontsize": SMALL, "color": Palette.of(ax).grey(0.35)}
+    ax.text(1.0, 1.01, said, transform=ax.transAxes, **style)
+    ax.set_title(ax.get_title(loc="left"), fontsize=9, loc="left", pad=17)
 
 
 class Outline(NamedTuple):

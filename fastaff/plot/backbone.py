@@ -53,7 +53,7 @@ def plot_backbone(
         Name of the parameter of the continuation. Default: the energy, or ``"parameter"``.
     y : str, optional
         For a driven system or an ODE, the variable whose amplitude is drawn (a response curve), or ``"frequency"``.
-        Default: the first variable.
+        Default: the first variable. For a map of one variable, its name, which is the default: the points of the cycle.
     angular : bool, default False
         Draw 2 pi/T in radians per unit time instead of 1/T in cycles per unit time.
     names : sequence of str, optional
@@ -89,6 +89,7 @@ def plot_backbone(
     if names is not None and len(names) != len(listed):
         raise ValueError(f"names must have {len(listed)} entries, one for each branch, got {len(names)}")
     row = _row(listed, y)
+    one = _one_variable(listed, y)
     turn = 2 * math.pi if angular else 1.0
     palette = Palette.of(ax)
     seen: dict[str, int] = {}
@@ -104,22 +105,24 @@ def plot_backbone(
         missing += int(np.count_nonzero(~fine))
         with np.errstate(all="ignore"):
             height = turn / branch.orbits.period if row is None or branch.amplitude is None else branch.amplitude[row]
-        height = np.where(fine, height, np.nan)
+        heights = branch.orbits.points[0] if one else height[None]
         stable = np.isin(branch.orbits.stability, STABLE)
-        point, along, across = _smooth(branch.arclength, branch.parameter, height)
-        # A piece has the kind of the point at its end, so that curves of two kinds meet.
-        ends = np.minimum([np.ceil(point), np.floor(point) + 1], len(stable) - 1).astype(np.int64)
-        for steady in (True, False):
-            own = np.where((stable[ends] == steady).any(axis=0), across, np.nan)
-            (curve,) = ax.plot(along, own, color=colour, ls="-" if steady else (0, (3, 1.6)), lw=1.7 if steady else 1.2)
-            carry(curve, along, own, np.rint(point).astype(np.int64))
-            curves.append(curve)
+        for height in heights:
+            point, along, across = _smooth(branch.arclength, branch.parameter, np.where(fine, height, np.nan))
+            # A piece has the kind of the point at its end, so that curves of two kinds meet.
+            ends = np.minimum([np.ceil(point), np.floor(point) + 1], len(stable) - 1).astype(np.int64)
+            for steady in (True, False):
+                own = np.where((stable[ends] == steady).any(axis=0), across, np.nan)
+                look = {"ls": "-", "lw": 1.7} if steady else {"ls": (0, (3, 1.6)), "lw": 1.2}
+                (curve,) = ax.plot(along, own, color=colour, **look)
+                carry(curve, along, own, np.rint(point).astype(np.int64))
+                curves.append(curve)
         if names is not None:  # marks tell them apart in grey
-            look: dict[str, Any] = {"color": colour, "marker": "osD^v"[kind], "ms": 4.5}
+            shape: dict[str, Any] = {"color": colour, "marker": "osD^v"[kind], "ms": 4.5}
             some = (len(along) * np.array([1, 3, 5])) // 6
-            ax.plot(along[some], across[some], ls="", **look)
-            handles += [] if known else ax.plot([], [], lw=1.7, label=name, **look)
-    marks = _marked(ax, listed, turn, row) if bifurcations else []
+            ax.plot(along[some], across[some], ls="", **shape)
+            handles += [] if known else ax.plot([], [], lw=1.7, label=name, **shape)
+    marks = _marked(ax, listed, turn, row, one) if bifurcations else []
     dashed = any(np.isfinite(curve.get_ydata()).any() for curve in curves[1::2])
     handles += ax.plot([], [], color=palette.grey(0.3), lw=1.7, label="stable")
     handles += ax.plot([], [], color=palette.grey(0.3), lw=1.2, ls=(0, (3, 1.6)), label="unstable") if dashed else []
@@ -132,13 +135,23 @@ def plot_backbone(
         xlabel=parameter_label(parameter or _followed(listed)),
         ylabel=rate if row is None else f"amplitude of ${symbol(listed[0].names[row])}$",
     )
+    if one:
+        ax.set_ylabel(f"${symbol(listed[0].names[0])}$")
     return Artists(tuple(curves), None, tuple(marks), tuple(legend.get_texts()), missing)
+
+
+def _one_variable(branches: Sequence[Branch], y: str | None) -> bool:
+    """Tell whether the height of a figure is the only variable of a map: its frequency is 1 over a whole number."""
+    maps = bool(branches) and all(len(branch.names) == 1 and branch.orbits.section is None for branch in branches)
+    return maps and y in (None, branches[0].names[0])
 
 
 def _row(branches: Sequence[Branch], y: str | None) -> int | None:
     """Return the row of `amplitude` that is the height of a figure; None for the frequency."""
     forced = bool(branches) and all(branch.amplitude is not None for branch in branches)
     names = branches[0].names if forced else ()
+    if _one_variable(branches, y):
+        return None
     if y == FREQUENCY or (y is None and not forced):
         return None
     if y is not None and y not in names:
@@ -170,20 +183,20 @@ def _smooth(arclength: np.ndarray, value: np.ndarray, height: np.ndarray) -> tup
     return point, rows[0], rows[1]
 
 
-def _marked(ax: Any, branches: Sequence[Branch], turn: float, row: int | None) -> list[Any]:
+def _marked(ax: Any, branches: Sequence[Branch], turn: float, row: int | None, one: bool = False) -> list[Any]:
     """Mark the bifurcations of branches, each kind with a shape of its own."""
     marks: list[Any] = []
     for kind in Event:
         found = [event for branch in branches for event in branch.bifurcations if event.event == kind]
         if found:
-            marks.append(_mark(ax, found, kind, turn, row))
+            marks.append(_mark(ax, found, kind, turn, row, one))
     return marks
 
 
-def _mark(ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | None = None) -> Any:
+def _mark(ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | None = None, one: bool = False) -> Any:
     look = MARKS.get(kind, {"marker": "o", "label": kind.name.lower().replace("_", " ")})
     x = [event.parameter for event in found]
-    y = [turn / e.period if row is None else e.amplitude[row] for e in found]
+    y = [e.z[0] if one else turn / e.period if row is None else e.amplitude[row] for e in found]
     palette = Palette.of(ax)
     style = {"ls": "", "ms": 6.0, "mfc": palette.ground, "mec": palette.ink, "mew": 1.0, "zorder": 4}
     (mark,) = ax.plot(x, y, **style, **look)

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..chaos.basins import ESCAPED, UNDECIDED, AttractorKind, Basins
 from ..core.docstrings import inserts_parameters
 from ..core.names import named
+from ..runs.requirements import current_system
+from .curves import PIECES, hermite
+from .mathematics import number
 from .starts import cell_edges
-from .style import ACCENT, DARK, GREY, PALE, Artists, figure, light, symbol
+from .style import MIDDLE, ON_LIGHT, Artists, Palette, contrast, figure, luminance, symbol
+from .winding import argument_of
 
-COLOURS = (DARK, "#e3c65b", PALE, ACCENT, "#7f2a5f", "#a9c7a0", "#5c5c5c", "#d9a7b0")
-"""Colours of basins in turn: neighbours differ by lightness too."""
+COLOURS = (ON_LIGHT.main, "#e3c65b", ON_LIGHT.pale, ON_LIGHT.accent, ON_LIGHT.plum, "#a9c7a0", "#5c5c5c", "#d9a7b0")
+"""Colours of basins in turn, on any ground because they cover it: neighbours differ by lightness too."""
+
+GREY = "0.72"
+"""Colour of undecided orbits."""
+
+SAME = 1e-9
+"""Relative difference of rates that are one."""
 
 AWAY = "0.95"
 """Colour of orbits that escape."""
 
-PALE_EDGE = "0.55"
-"""Edge of dots that are nearly white."""
+FAINT = 1.5
+"""Contrast to the ground below which a dot has an edge: white and navy dots on white and black."""
+
+EDGE = "0.55"
+"""Colour of that edge, seen on any ground."""
 
 
 @figure
@@ -49,6 +62,7 @@ def plot_basins(
     -----
     - Legend: names and shares of the attractors, of all orbits.
     - Attractors: circles are fixed points and periodic orbits, curves limit cycles, dots other sets.
+    - If an angle is the phase of a drive, the same for all initial conditions, attractors are drawn at this phase only.
 
     References
     ----------
@@ -79,10 +93,11 @@ def plot_basins(
         if points is None:
             points = _dots(ax, along, up, code, colours, size or float(np.clip(24000 / along.size, 2.0, 24.0)))
         limits = ax.get_xlim(), ax.get_ylim()
-        lines = [_attractor(ax, basins, k, first, second, colours[k]) for k in range(basins.kind.size)]
+        phase = _phase(basins, first, second)
+        lines = [_attractor(ax, basins, k, first, second, colours[k], phase) for k in range(basins.kind.size)]
         ax.set(xlim=limits[0], ylim=limits[1])
         ax.set(xlabel=f"${symbol(basins.names[first])}$", ylabel=f"${symbol(basins.names[second])}$")
-    _legend(ax, basins, labels, colours)
+    _legend(ax, basins, labels, colours, None if second is None else phase)
     return Artists(points, None, tuple(lines), (), int(basins.undecided.sum()))
 
 
@@ -130,25 +145,74 @@ def _dots(ax: Any, along: np.ndarray, up: np.ndarray, code: np.ndarray, colours:
     from matplotlib.colors import to_rgba_array
 
     faces = to_rgba_array(colours)
-    pale = faces[:, :3].min(axis=1) > 0.9
-    edges = np.where(pale[:, None], to_rgba_array([PALE_EDGE]), faces)
+    ground = Palette.of(ax).ground
+    faint = np.array([contrast(face[:3], ground) < FAINT for face in faces], bool)
+    edges = np.where(faint[:, None], to_rgba_array([EDGE]), faces)
     how = {"c": faces[code], "edgecolors": edges[code], "linewidths": 0.4, "rasterized": True}
     return ax.scatter(along, up, s=size, **how)
 
 
-def _attractor(ax: Any, basins: Basins, k: int, first: int, second: int, colour: Any) -> Any:
-    """Draw the states on an attractor, whose basin has this colour."""
+class _Phase(NamedTuple):
+    """An angle at a constant rate that is the same for all initial conditions: its row, value and period."""
+
+    row: int
+    value: float
+    period: float
+
+
+def _phase(basins: Basins, first: int, second: int) -> _Phase | None:
+    """Return the phase of a drive that is an angle among the rows, None if there is none."""
+    model = argument_of(basins, "model")
+    if model is None or basins.stepwise or not basins.kind.size:
+        return None
+    system = current_system(model)
+    some = basins.points.reshape(len(basins.points), -1)
+    rates = system.slopes(some[:, np.isfinite(some).all(axis=0)])
+    for row, period in enumerate(system.periods):
+        steady = np.ptp(rates[row]) <= SAME * np.abs(rates[row]).max()
+        if period > 0 and row not in (first, second) and np.ptp(basins.z0[row]) == 0 and steady and rates[row].any():
+            return _Phase(row, float(basins.z0[row, 0]), float(period))
+    return None
+
+
+def _at_phase(basins: Basins, k: int, phase: _Phase) -> np.ndarray:
+    """Return the states (rows, points) on an attractor at a phase, by cubics between its states."""
+    system = current_system(argument_of(basins, "model"))
     states = basins.points[:, :, k]
     states = states[:, np.isfinite(states).all(axis=0)]
+    dt = basins.interval
+    if basins.kind[k] == AttractorKind.PERIODIC:
+        dt = basins.period[k] / states.shape[1]
+        states = np.concatenate([states, states[:, :1]], axis=1)
+    periods = np.where(np.asarray(system.periods) > 0, system.periods, np.inf)
+    for row in np.flatnonzero(np.isfinite(periods)):
+        states[row] = np.unwrap(states[row], period=periods[row])
+    times = dt * np.arange(states.shape[1])
+    path = hermite(states[:, :, None], system.slopes(states)[:, :, None], times, PIECES)[0][:, :, 0]
+    turn = (path[phase.row] - phase.value) / phase.period
+    left = np.flatnonzero(np.diff(np.floor(turn)))
+    share = (np.maximum(np.floor(turn[left]), np.floor(turn[left + 1])) - turn[left]) / (turn[left + 1] - turn[left])
+    there = path[:, left] + share * (path[:, left + 1] - path[:, left])
+    with np.errstate(invalid="ignore"):
+        return there - np.where(np.isfinite(periods), periods, 0.0)[:, None] * np.rint(there / periods[:, None])
+
+
+def _attractor(
+    ax: Any, basins: Basins, k: int, first: int, second: int, colour: Any, phase: _Phase | None = None
+) -> Any:
+    """Draw the states on an attractor, whose basin has this colour, or those at a phase."""
+    states = basins.points[:, :, k]
+    states = states[:, np.isfinite(states).all(axis=0)] if phase is None else _at_phase(basins, k, phase)
     kind = basins.kind[k]
-    if kind == AttractorKind.FIXED_POINT or (kind == AttractorKind.PERIODIC and basins.stepwise):
+    apart = basins.stepwise or phase is not None
+    if kind == AttractorKind.FIXED_POINT or (kind == AttractorKind.PERIODIC and apart):
         marks = {"ls": "", "marker": "o", "zorder": 4}
         ax.plot(states[first], states[second], ms=8.0, mfc="black", mew=0, **marks)
         return ax.plot(states[first], states[second], ms=5.5, mfc=colour, mec="white", mew=1.4, **marks)[0]
     if kind == AttractorKind.PERIODIC:
         closed = np.concatenate([states, states[:, :1]], axis=1)
         return ax.plot(closed[first], closed[second], color="white", lw=1.6, zorder=4, path_effects=_outlined())[0]
-    ink = "black" if light(colour) else "white"
+    ink = "black" if luminance(colour) > MIDDLE else "white"
     return ax.plot(states[first], states[second], ls="", marker="o", ms=1.1, mew=0, mfc=ink, zorder=4, rasterized=True)[
         0
     ]
@@ -161,16 +225,19 @@ def _outlined() -> list[Any]:
     return [Stroke(linewidth=3.0, foreground="black"), Normal()]
 
 
-def _legend(ax: Any, basins: Basins, labels: list[int], colours: list[Any]) -> None:
+def _legend(ax: Any, basins: Basins, labels: list[int], colours: list[Any], phase: _Phase | None) -> None:
     """Write names and shares beside the frame."""
     from matplotlib.patches import Patch
 
     names = {ESCAPED: "escaped", UNDECIDED: "undecided"} | dict(enumerate(basins.attractor_names))
     total = max(basins.label.size, 1)
-    handles = []
+    handles: list[Any] = []
     for label, colour in zip(labels, colours, strict=True):
         share = 100 * np.count_nonzero(basins.label == label) / total
         said = f"{share:.1f} %" if share >= 0.05 else f"{np.count_nonzero(basins.label == label)} orbits"
         handles.append(Patch(facecolor=colour, edgecolor="0.3", lw=0.5, label=f"{names[label]}: {said}"))
+    if phase is not None:
+        said = f"attractors at ${symbol(basins.names[phase.row])}={number(phase.value, 4)}$"
+        handles += ax.plot([], [], ls="", marker="o", ms=5.5, mfc="white", mec="black", mew=1.2, label=said)
     place = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
     ax.legend(handles=handles, frameon=False, handlelength=1.1, labelcolor=ax.xaxis.label.get_color(), **place)

@@ -35,6 +35,11 @@ SAME = 0.01
 NAMED = 8
 """Curves that a legend names one by one."""
 
+MORE = ("#009e73", "#cc79a7", "#808080")
+"""Colours of curves after those of the palette, up to NAMED, seen on light and dark grounds (Okabe & Ito 2008, Color
+Universal Design).
+"""
+
 STABLE = (Stability.ELLIPTIC, Stability.PARABOLIC, Stability.ATTRACTING)
 """Kinds that are drawn as whole lines; others are dashed."""
 
@@ -112,7 +117,8 @@ def plot_closed_orbits(
             kind = Stability(int(orbits.stability[k]))
             look = number if len(pairs) == 1 else body
             few = max(len(chosen), len(pairs)) <= NAMED
-            colour = palette.curves[look % len(palette.curves)][0] if few else palette.main
+            colours = [*(colour for colour, _ in palette.curves), *MORE]
+            colour = colours[look] if few else palette.main
             label = _label(orbits, int(k), kind) if body == 0 else None
             (curve,) = ax.plot(U, V, color=colour, lw=1.2, ls="-" if kind in STABLE else (0, (4, 1.5)), label=label)
             curves.append(carry(curve, U, V, np.full(len(U), k)))

@@ -22,6 +22,9 @@ DIFFERENT = 0.3
 drawn: 1.8 radians of a circle. Samples farther apart do not tell how the orbit went between them.
 """
 
+UNEQUAL = 1e-6
+"""Relative difference of intervals between samples that are equal."""
+
 ROUNDING = 1e-9
 """Size of an orbit in one coordinate, relative to its largest coordinate, below which it is rounding."""
 
@@ -43,6 +46,32 @@ def smooth(result: Any, states: np.ndarray, times: np.ndarray) -> tuple[np.ndarr
     return hermite(states, rates, times, pieces)
 
 
+def far_apart(result: Any, states: np.ndarray, times: np.ndarray) -> bool:
+    """Tell whether unequal times (moments,) of states (2n, moments, orbits) of a result have an interval over which
+    rates and chord of an orbit contradict each other, so that no line tells how it went.
+    """
+    h = np.diff(times)
+    model = argument_of(result, "model")
+    system = None if model is None else current_system(model)
+    if system is None or system.iterated or system.driven or h.size < 2 or not states.size:
+        return False
+    with np.errstate(all="ignore"):
+        rates = system.slopes(states)
+        if np.ptp(h) <= UNEQUAL * h.max() or rates.shape != states.shape:
+            return False
+        chord = np.diff(states, axis=1)
+        known = _known(chord, h[:, None] * rates[:, :-1], h[:, None] * rates[:, 1:])
+    return bool((~known & np.isfinite(chord).all(axis=0)).any())
+
+
+def _known(chord: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return a mask (intervals, orbits) of the intervals whose chord and rates, times the interval, agree."""
+    with np.errstate(all="ignore"):
+        apart = np.abs(0.5 * (start + end) - chord).max(axis=0)
+        size = np.maximum(np.abs(start), np.abs(end)).max(axis=0)
+        return apart <= DIFFERENT * size
+
+
 def hermite(states: np.ndarray, rates: np.ndarray, times: np.ndarray, pieces: int) -> tuple[np.ndarray, np.ndarray]:
     """Return states (rows, moments, orbits) at so many moments for each interval between times (moments,), and these
     times: by cubics, or by chords where the rates and the chord contradict each other.
@@ -52,9 +81,7 @@ def hermite(states: np.ndarray, rates: np.ndarray, times: np.ndarray, pieces: in
     chord = right - left
     with np.errstate(all="ignore"):
         start, end = h * rates[:, :-1], h * rates[:, 1:]
-        apart = np.abs(0.5 * (start + end) - chord).max(axis=0)
-        size = np.maximum(np.abs(start), np.abs(end)).max(axis=0)
-        known = apart <= DIFFERENT * size
+    known = _known(chord, start, end)
     start = np.where(known, start, chord)
     end = np.where(known, end, chord)
     share = np.arange(pieces)[:, None] / pieces
@@ -80,11 +107,13 @@ def planes_of(names: tuple[str, ...]) -> list[tuple[str, str]]:
 
 def axes_of(names: tuple[str, ...], x: str | None, y: str | None) -> list[tuple[str, str]]:
     """Return the names on the axes of an orbit's curves: those given, else of each of several bodies, else alpha and
-    beta of a body, else of the first two coordinates.
+    beta of a body, else of the first two coordinates, else of time and the only coordinate.
     """
     several = planes_of(names)
     if x is None and y is None and len(several) > 1:
         return several
+    if len(names) == 1:
+        return [(x or "time", y or names[0])]
     usual = ("alpha", "beta") if names[:4] == BODY else (names[0], names[1 % len(names)])
     return [(x or usual[0], y or usual[1])]
 

@@ -10,8 +10,10 @@ from ..core.docstrings import inserts_parameters
 from ..core.numbers import listed, shown, text
 from ..core.status import Status
 from ..frequencies.orbit_family import START_VALUES, OrbitFamilies, OrbitFamily
+from ..frequencies.resonances import equation
 from .frequencies import LABELS, fraction, in_frame
 from .picking import carry
+from .resonances import formula
 from .scales import label_of
 from .style import SMALL, Artists, Palette, figure, nothing
 
@@ -23,6 +25,9 @@ SAME = 1e-6
 
 RESONANT = "^vD<>p*h"
 """Marks of resonances, frequent ones first."""
+
+TUBES = "oXP"
+"""Marks of tubes about the last coordinate, the second and the first, and of loops."""
 
 
 def _have_one_energy(families: OrbitFamilies) -> bool:
@@ -92,7 +97,8 @@ def plot_families(
         family = OrbitFamily(int(families.family[mine[0]]))
         if family == OrbitFamily.LOOP:
             colour = palette.main if families.sense[mine[0]] > 0 else palette.pale
-            look = {"marker": "o", "color": colour, "s": 15.0}
+            axis = int(np.flatnonzero(families.resonance[::-1, mine[0]] == 0)[0]) if len(names) > 2 else 0
+            look = {"marker": TUBES[axis], "color": colour, "s": 24.0 if axis else 15.0}
         elif family == OrbitFamily.RESONANT:
             resonances += 1
             if resonances > MOST:
@@ -102,7 +108,7 @@ def plot_families(
             look = {"marker": RESONANT[resonances - 1], "color": colour, "s": 18.0, "zorder": 3.0}
         else:
             look = _looks(palette)[family]
-        marks.append(_mark(ax, across, up, mine, f"{mine.size} {name}", look))
+        marks.append(_mark(ax, across, up, mine, f"{mine.size} {_told(families, mine[0], name)}", look))
     if others.any():
         mine = np.flatnonzero(others)
         look = {"marker": ".", "color": palette.accent, "s": 18.0, "zorder": 3.0}
@@ -119,8 +125,18 @@ def plot_families(
         notes += [f"{missing} of {good.size} orbits not drawn: {reasons}"] if missing else []
         ax.set_title("; ".join(notes), fontsize=SMALL, loc="right", color=palette.grey(0.35), wrap=True)
     if legend and marks:
-        ax.legend(handles=marks, loc="center left", bbox_to_anchor=(1.01, 0.5), title=f"{good.size} orbits")
+        place = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "handletextpad": 0.2, "borderpad": 0.5}
+        ax.legend(handles=marks, title=f"{good.size} orbits", handlelength=1.2, **place)
     return Artists(tuple(marks), None, (), (), missing)
+
+
+def _told(families: OrbitFamilies, orbit: int, name: str) -> str:
+    """Return the name of an orbit's family for the legend: of a resonance of three coordinates its equation."""
+    vector = families.resonance[:, orbit]
+    plain = equation(vector, families.names)
+    if plain not in name:
+        return name
+    return name.replace("resonant ", "at ").replace(plain, formula(vector, families.names))
 
 
 def _looks(palette: Palette) -> dict[OrbitFamily, dict[str, Any]]:

@@ -15,7 +15,6 @@ from ..frequencies.frequencies import FrequencyMap
 from ..frequencies.orbit_family import START_VALUES, start_values
 from ..frequencies.own_lines import TURN, by_own_lines, in_time, in_turns
 from ..frequencies.tunes import Tunes
-from ..runs.schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
 from .labels import LabelBox, drawn_points, settled, write_along
 from .picking import carry
@@ -27,7 +26,7 @@ from .style import Artists, Palette, beyond, figure, nothing, symbol
 
 LABELS = {
     "energy": "energy $E$",
-    "angular_momentum": "angular momentum $L$ of the initial condition",
+    "angular_momentum": "angular momentum $L_z$ of the initial condition",
     "radius": "radius $r$ of the initial condition",
 }
 """Names of the axes with values of initial conditions."""
@@ -125,8 +124,8 @@ def plot_frequency_map(
     if order.size and gone.any():
         notes.append(f"{np.count_nonzero(gone)} of {good.size} orbits not drawn: {why(frequency_map.status, gone)}")
     noted = [beyond(ax, "\n".join(notes))] if notes else []
-    per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
     letter = letter_of(frequency_map)
+    per = "turn" if letter == "Q" else "unit time"
     ax.set(xlabel=_axis_label(x, per, letter), ylabel=_axis_label(y, per, letter))
     bar = colour_bar(ax, points, values._replace(values=c[good])) if colorbar else None
     if not order.size:

@@ -22,6 +22,21 @@ MARGIN = 0.08
 """Share of the range of the iterates by which a cobweb's axes are wider."""
 
 
+def images(x: np.ndarray) -> np.ndarray:
+    """Return the next of iterates (iterates, orbits) of a map, NaN after the last."""
+    return np.concatenate([x[1:], np.full_like(x[:1], np.nan)])
+
+
+def draw_diagonal(ax: Any) -> Any:
+    """Draw the diagonal of iterates and their images."""
+    return ax.axline((0.0, 0.0), slope=1.0, color=Palette.of(ax).lost, lw=0.9, zorder=0.8)
+
+
+def name_iterates(ax: Any, name: str) -> None:
+    """Name the axes of iterates of one variable and their images."""
+    ax.set(xlabel=f"${{{symbol(name)}}}_{{n}}$", ylabel=f"${{{symbol(name)}}}_{{n+1}}$")
+
+
 @figure
 @inserts_parameters
 def plot_bifurcation_diagram(diagram: BifurcationDiagram, *, ax: Any = None, size: float = 0.3) -> Artists:

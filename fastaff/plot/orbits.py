@@ -13,7 +13,7 @@ from ..runs.coordinates import chart_row
 from ..runs.integrate import Orbits
 from ..runs.schemes.catalogue import ITERATION
 from ..runs.tangent_map import TangentMap
-from .curves import above_rounding, axes_of, equal_axes, in_space, smooth
+from .curves import above_rounding, axes_of, equal_axes, far_apart, in_space, smooth
 from .picking import carry
 from .sections import why
 from .style import Artists, Palette, chosen_orbits, figure, nothing, symbol
@@ -21,6 +21,9 @@ from .winding import around_zero, broken
 
 MOST = 40
 """Orbits drawn as curves by default."""
+
+JOINED = 200
+"""Iterates against their number that thin lines join: more of them would fill the figure."""
 
 
 @figure
@@ -37,7 +40,8 @@ def plot_orbits(
     {ax}
     x, y : str, optional
         Coordinates or momenta, for a body of any chart; `x` may be ``"time"``. Default: the first two coordinates,
-        alpha and beta for a body, all bodies for coordinates x1, y1, x2, y2, ... A periodic coordinate that rotates is
+        alpha and beta for a body, all bodies for coordinates x1, y1, x2, y2, ..., time and the coordinate for one. A
+        periodic coordinate that rotates is
         drawn within half a period around 0.
     orbits : sequence of int, optional
         Numbers of the orbits to draw. Default: up to 40.
@@ -51,7 +55,8 @@ def plot_orbits(
     Notes
     -----
     - Curves between samples are cubic polynomials, by the model's rates at the samples. They are chords if the model is
-      not known or if the samples are farther apart than about a quarter of a turn.
+      not known or if the samples are farther apart than about a quarter of a turn. If their times are unequal too,
+      the samples are dots.
     - Cartesian coordinates x, y, z have axes of one scale.
 
     Examples
@@ -66,11 +71,14 @@ def plot_orbits(
     status = np.atleast_1d(result.status).ravel()
     chosen = chosen_orbits(orbits, total, MOST)
     sampled = len(result.times) > 0
+    dots = False
     iterated = getattr(result, "scheme", None) == ITERATION  # nothing lies between two iterates
     states, times = z[:, None, chosen], np.ravel(result.t)[None, chosen]
     if sampled:
         samples = result.samples.reshape(len(result.times), len(z), total).transpose(1, 0, 2)
-        states, times = smooth(result, samples[:, :, chosen], result.times)
+        states, times = samples[:, :, chosen], result.times
+        dots = far_apart(result, states, times)
+        states, times = (states, times) if dots else smooth(result, states, times)
         times = times[:, None]
     gone = status[chosen] != Status.OK
     palette = Palette.of(ax)
@@ -86,6 +94,9 @@ def plot_orbits(
             how: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.0}
             if sampled:
                 how = {"marker": ".", "ls": "", "ms": 1.5} if iterated else {"lw": 0.8, "alpha": 0.85, "ls": dashes}
+                how = {"marker": ".", "ls": "", "ms": 3.0} if dots else how
+                if iterated and across == "time" and len(u) <= JOINED:
+                    how = {"marker": ".", "ls": "-", "lw": 0.5, "ms": 4.0}
             if len(bodies) > 1:
                 how |= {"marker": "o", "ms": 4.0, "markevery": [-1]}  # where each body is at the end
                 how |= {"label": f"body {across[1:]}"} if k == 0 else {}
@@ -94,6 +105,8 @@ def plot_orbits(
             nearest = np.rint(moment * (max(len(result.times), 1) - 1) / max(len(u) - 1, 1)).astype(int)
             curves.append(carry(curve, U, V, np.full(len(U), chosen[k]), nearest if result.z.ndim > 1 else None))
     _name(ax, curves, bodies, why(status[chosen], gone) if gone.any() or not finite else "", finite)
+    if iterated and bodies[0][0] == "time":
+        ax.set_xlabel("iterate $n$")
     return Artists(tuple(curves), None, (), (), total - len(chosen))
 
 

@@ -17,7 +17,9 @@ from ..periodic.found_orbits import PeriodicOrbits, Stability
 from ..runs.coordinates import in_chart
 from ..systems.charts import ALPHA_BETA, Chart
 from .curves import above_rounding
+from .one_variable import draw_diagonal, images, name_iterates
 from .picking import carry
+from .sections import free_rows, has_momenta
 from .style import Artists, Palette, figure, symbol
 
 STYLES = {
@@ -46,7 +48,7 @@ def plot_periodic(
     legend: bool = True,
     fontsize: float = 8.0,
 ) -> Artists:
-    """Plot the crossings of periodic orbits on a section, labelled by their number and residue.
+    """Plot the crossings of periodic orbits on a section, labelled by their number and residue or multiplier.
 
     Parameters
     ----------
@@ -55,12 +57,12 @@ def plot_periodic(
     {ax}
     x, y : str, optional
         Names of the coordinates or momenta on the axes; for a body, those of `chart`. Default: the two that vary on the
-        section.
+        section. For a map of one variable, the second axis is the image.
     chart : Chart, default ALPHA_BETA
         Coordinates of a body.
     labels : bool, default True
-        Write "crossings: residue" beside the crossing with most free space. Set the limits of the axes before the call,
-        because the free space depends on them.
+        Write "crossings: residue", or without residues the largest multiplier, beside the crossing with most free
+        space. Set the limits of the axes before the call, because the free space depends on them.
     legend : bool, default True
         Name the marks.
     fontsize : float, default 8
@@ -69,8 +71,8 @@ def plot_periodic(
     Returns
     -------
     Artists
-        ``points`` are the marks, one artist for each kind of stability. ``missing`` is the number of orbits not drawn.
-        A click picks orbit and crossing.
+        ``points`` are the marks, one artist for each kind of stability. ``lines`` are the diagonal and the cycles of a
+        map of one variable. ``missing`` is the number of orbits not drawn. A click picks orbit and crossing.
 
     Raises
     ------
@@ -93,15 +95,19 @@ def plot_periodic(
     ['1: $-0.239$']
     """
     names, rows = _coordinates(orbits, chart)
-    free = _free(orbits, names)
-    chosen = x or free, y or names[names.index(free) + len(names) // 2]
+    first, second = _free_pair(orbits, names)
+    chosen = x or first, y or second
     for name in chosen:
         if name not in names:
             raise ValueError(f"x and y must be among {listed(names)}, got {shown(name)}")
     u, v = (rows[names.index(name)].T for name in chosen)
+    one = len(names) == 1
+    if one:
+        v = _images(u, orbits.crossings)
     kinds = orbits.stability
     drawn = orbits.status == Status.OK
     marks = []
+    lines = _cycles(ax, u[drawn], orbits.crossings[drawn]) if one else ()
     for kind, style in STYLES.items():
         own = drawn & (kinds == kind)
         if own.any():
@@ -110,12 +116,30 @@ def plot_periodic(
             marks.append(carry(mark, u[own].ravel(), v[own].ravel(), np.flatnonzero(own)[whose], crossing))
     sizes = np.abs(rows[:, :, drawn])
     above_rounding(ax, float(np.max(sizes, where=np.isfinite(sizes), initial=0.0)))
+    if one and not ax.get_xlabel():
+        name_iterates(ax, names[0])
     if not ax.get_xlabel():
         ax.set(xlabel=f"${symbol(chosen[0])}$", ylabel=f"${symbol(chosen[1])}$")
     written = _write(ax, orbits, u, v, drawn, fontsize) if labels else ()
     if legend and marks:
         ax.legend(handles=marks, loc="upper right", fontsize=fontsize, framealpha=0.95, borderpad=0.6)
-    return Artists(tuple(marks), None, (), written, int(np.count_nonzero(~drawn)))
+    return Artists(tuple(marks), None, lines, written, int(np.count_nonzero(~drawn)))
+
+
+def _images(u: np.ndarray, crossings: np.ndarray) -> np.ndarray:
+    """Return the images (orbits, crossings) of points on cycles of a map of one variable."""
+    found = images(u.T).T
+    whole = np.flatnonzero(crossings > 0)
+    found[whole, crossings[whole] - 1] = u[whole, 0]
+    return found
+
+
+def _cycles(ax: Any, u: np.ndarray, crossings: np.ndarray) -> tuple[Any, ...]:
+    """Draw the diagonal and the steps of each cycle between its points and the diagonal."""
+    colour = Palette.of(ax).grey(0.55)
+    steps = [np.repeat(np.append(row[:count], row[0]), 2) for row, count in zip(u, crossings, strict=True)]
+    cycles = [line for x in steps for line in ax.plot(x[:-1], x[1:], color=colour, lw=0.7, zorder=0.9)]
+    return draw_diagonal(ax), *cycles
 
 
 def _name(kind: Stability) -> str:
@@ -137,6 +161,14 @@ def on_one_sheet(points: np.ndarray, names: tuple[str, ...]) -> np.ndarray:
         return points
     sign = np.where(points[:2] < 0, -1.0, 1.0)
     return points * np.concatenate([sign, sign])
+
+
+def _free_pair(orbits: PeriodicOrbits, names: tuple[str, ...]) -> tuple[str, str]:
+    """Return the coordinate that the section leaves free and its momentum; without momenta, the first two free ones."""
+    if len(names) > 2 and not has_momenta(orbits):
+        return free_rows(orbits.section, names)
+    free = _free(orbits, names)
+    return free, names[names.index(free) + len(names) // 2]
 
 
 def _free(orbits: PeriodicOrbits, names: tuple[str, ...]) -> str:
@@ -162,8 +194,9 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
     frame = np.array([ax.bbox.min, ax.bbox.max])
     written = []
     for o in np.flatnonzero(drawn):
-        text = f"{orbits.crossings[o]}: ${number_text(orbits.residue[o])}$"
-        half = np.array([0.28 * unit * (len(number_text(orbits.residue[o])) + 3), 0.6 * unit])
+        value, prefix = _value(orbits, o)
+        text = f"{orbits.crossings[o]}: ${prefix}{number_text(value)}$"
+        half = np.array([0.28 * unit * (len(number_text(value)) + (6 if prefix else 3)), 0.6 * unit])
         best = -np.inf
         place = np.zeros(2)
         side = np.zeros(2)
@@ -194,6 +227,19 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
         # The extent of a label: its middle and both ends.
         taken.append(place + np.array([[-1.0, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [1.0, 0.0]]) * half)
     return tuple(written)
+
+
+def _value(orbits: PeriodicOrbits, k: int) -> tuple[float, str]:
+    """Return the residue of an orbit, or the multiplier of largest magnitude of one without a residue, with the text
+    before it.
+    """
+    if orbits.symplectic and np.isfinite(orbits.residue[k]):
+        return float(orbits.residue[k]), ""
+    multipliers = orbits.multipliers[:, k]
+    largest = multipliers[np.abs(multipliers).argmax()]
+    if abs(largest.imag) > 1e-12 * abs(largest):
+        return float(abs(largest)), r"|\lambda|="
+    return float(largest.real), r"\lambda="
 
 
 def number_text(residue: float) -> str:

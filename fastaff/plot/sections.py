@@ -20,6 +20,7 @@ from ..systems.formulas.forced import PHASE
 from ..systems.models.sections import AngleEquals, Hyperplane
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
+from .one_variable import draw_diagonal, images, name_iterates
 from .picking import carry
 from .scales import Colouring, colours_of, orbit_colours
 from .starts import places
@@ -61,7 +62,8 @@ def plot_section(
         Colours: values, a column of the map such as ``"energy_error"``, or a `Colouring` of another result of the same
         orbits, for example ``colouring(chaos_map, "sali")``. Default: one blue.
     x, y : str, optional
-        Coordinates or momenta (``p_beta``), for a body of the chart. Default: those free on the section.
+        Coordinates or momenta (``p_beta``), for a body of the chart. Default: those free on the section. For a map of
+        one variable, the second axis is the next iterate.
     chart : Chart, default ALPHA_BETA
         Coordinates of a body.
     boundary : Edge or bool, optional
@@ -95,13 +97,15 @@ def plot_section(
     """
     boundary = _own_edge(section_map) if boundary is True else boundary or None
     names, coordinates = section_coordinates(section_map, chart)
-    first, second = _free_pair(section_map.section, names)
+    first, second = _free_pair(section_map, names)
     x, y = x or first, y or second
     for name in (x, y):
         if name not in names:
             raise ValueError(f"x and y must be among {listed(names)}, got {shown(name)}")
     u = coordinates[names.index(x)]
     v = coordinates[names.index(y)]
+    returns = len(names) == 1
+    v = images(u) if returns else v
     colours = None if values is None else orbit_colours(section_map, values, u.shape[1], norm, vmin, vmax, label)
     gone = ~np.isin(section_map.status, (Status.OK, Status.TOO_FEW_CROSSINGS, Status.INTERRUPTED))
     crossed = section_map.counts > 0
@@ -126,6 +130,9 @@ def plot_section(
     if legend:
         above_frame(ax, legend)
     ax.set(xlabel=f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
+    if returns:
+        name_iterates(ax, x)
+        lines.append(draw_diagonal(ax))
     bar = None
     if colorbar and colours is not None and total:
         bar = colour_bar(ax, points, colours)
@@ -301,13 +308,35 @@ def section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...]
     return tuple(names), section_map.points
 
 
-def _free_pair(section: Any, names: tuple[str, ...]) -> tuple[str, str]:
-    """Return a coordinate that is free on the section and its momentum."""
+def _free_pair(section_map: Any, names: tuple[str, ...]) -> tuple[str, str]:
+    """Return a coordinate that is free on the section and its momentum; without momenta, the first two free ones."""
+    section = section_map.section
     if names[-2:] == PHASE and isinstance(section, Hyperplane) and np.any(section.normal[-2:]):  # a phase of the force
         names = names[:-2]
-        return names[0], names[len(names) // 2]
+        return names[0], names[len(names) // 2 if has_momenta(section_map) else 1 % len(names)]
+    if len(names) > 2 and not has_momenta(section_map):
+        return free_rows(section, names)
     free = _free_coordinate(section, names)
     return free, names[names.index(free) + len(names) // 2]
+
+
+def has_momenta(found: Any) -> bool:
+    """Tell whether the second half of the rows of a result are momenta: by its model, else by their names, which begin
+    with p. Charts of bodies have them.
+    """
+    names = tuple(name for name in found.names if name not in PHASE)
+    model = argument_of(found, "model")
+    if model is not None:
+        return bool(current_system(model).canonical)
+    half = len(names) // 2
+    return not names or (len(names) == 2 * half and all(name[:1] == "p" for name in names[half:]))
+
+
+def free_rows(section: Any, names: tuple[str, ...]) -> tuple[str, str]:
+    """Return the first two of three or more coordinates without the one that the section fixes."""
+    fixed = np.flatnonzero(section.normal)[:1] if isinstance(section, (Hyperplane, AngleEquals)) else ()
+    first, second, *_ = [name for row, name in enumerate(names) if row not in fixed]
+    return first, second
 
 
 def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
