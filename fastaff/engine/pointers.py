@@ -74,11 +74,13 @@ def distant(typingcontext, array, start):
     return array(array, types.int64), generate
 
 
-if JIT_DISABLED:  # type: ignore[misc]
+def _rest(array, start):
+    """Return array[start:]."""
+    return array[start:]
 
-    def distant(array, start):
-        """Return array[start:]."""
-        return array[start:]
+
+if JIT_DISABLED:
+    distant = _rest  # type: ignore[assignment]
 
 
 def caller(kind: str) -> Callable:

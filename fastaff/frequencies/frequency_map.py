@@ -263,7 +263,7 @@ class FrequencyWork:
                     return
                 excess = self._excess(self.accuracy, tolerance)
                 # An error that a finer step does not reduce is rounding, or chaos.
-                again = ((excess > 1) & (excess < before / 4)).any(axis=0)
+                again = np.asarray(((excess > 1) & (excess < before / 4)).any(axis=0))
                 self.unfinished = again
                 if not again.any():
                     return

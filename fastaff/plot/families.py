@@ -132,7 +132,7 @@ def plot_families(
 
 def _told(families: OrbitFamilies, orbit: int, name: str) -> str:
     """Return the name of an orbit's family for the legend: of a resonance of three coordinates its equation."""
-    vector = families.resonance[:, orbit]
+    vector = families.resonance[:, orbit].tolist()
     plain = equation(vector, families.names)
     if plain not in name:
         return name

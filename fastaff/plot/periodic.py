@@ -193,7 +193,7 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
     taken = [pixels[kept]]
     frame = np.array([ax.bbox.min, ax.bbox.max])
     written = []
-    for o in np.flatnonzero(drawn):
+    for o in np.flatnonzero(drawn).tolist():
         value, prefix = _value(orbits, o)
         text = f"{orbits.crossings[o]}: ${prefix}{number_text(value)}$"
         half = np.array([0.28 * unit * (len(number_text(value)) + (6 if prefix else 3)), 0.6 * unit])

@@ -317,7 +317,7 @@ class Looks(NamedTuple):
 
 def sample_times(samples: Any, time: float, mapping: bool = False) -> SampleMoments:
     """Return the samples as checked: a number of them, or increasing times from 0 to the time of the run."""
-    if not (isinstance(samples, (list, tuple)) or getattr(samples, "ndim", 0)):
+    if not (isinstance(samples, (list, tuple)) or getattr(samples, "ndim", False)):
         count = whole("samples", samples, 0)
         if mapping and count and time % count:
             raise ValueError(f"samples must divide the {time:g} iterates of a map, got {shown(samples)}")
