@@ -64,6 +64,10 @@ class BifurcationDiagram(Result, axis="value"):
     exponent_error: Annotated[np.ndarray, along("value", unit="1/iterate")]
     status: Annotated[np.ndarray, along("value")]
 
+    def _advice(self) -> dict[Status, str]:
+        """Return the words for a map, which has no step."""
+        return {Status.NONFINITE: "an iterate became infinite or NaN; choose x0 or parameters of bounded orbits"}
+
 
 @records_call
 def bifurcation_diagram(

@@ -41,6 +41,11 @@ TOLERANCE = 1e-9
 SHOWN = 12
 """Resonances that are printed by name."""
 
+CHANCE = 0.01
+"""Expected number of relations by chance, up to the order of one and within the errors, from which it is undecided. Of
+false `nu_x = nu_y` of a logarithmic potential over 140 periods all exceed it.
+"""
+
 MAX_ORDER = 50
 """Largest order: 2.1 million vectors of four frequencies."""
 
@@ -60,7 +65,7 @@ class Resonances(Result):
     tolerance : float
         Relative width of a resonance.
     rank : ndarray of int, shape (...)
-        Number of independent resonances.
+        Number of independent resonances that the errors do not allow by chance.
     basis : ndarray of int, shape (n, n, ...)
         Basis vectors in the first `rank` rows, the shortest first, then 0. Every integer vector of their span is an
         integer combination of them.
@@ -73,8 +78,9 @@ class Resonances(Result):
     accidental : ndarray, shape (...)
         Expected number of resonances of a random frequency vector.
     status : ndarray of int, shape (...)
-        `Status` of each orbit: NONFINITE if a frequency is not finite; NOT_CONVERGED if its error is not finite or the
-        errors are too wide; else that of the given result. Orbits that are not OK have rank 0.
+        `Status` of each orbit: NONFINITE if a frequency is not finite; NOT_CONVERGED if it is undecided, because an
+        error is not finite or so wide that every relation may be chance; else that of the given result. Orbits that are
+        not OK have rank 0.
     lines : Resonances, optional
         The same for the dominant lines of the coordinates, which figures and `orbit_families` use: a loop in a galaxy
         has ``nu_x - nu_y = 0``. None for others than a frequency map of coordinates in time.
@@ -139,7 +145,7 @@ class Resonances(Result):
         where = tuple(whole("orbit", k, -size, size - 1) for k, size in zip(where, self.status.shape, strict=True))
         outcome = Status(int(self.status[where]))
         if outcome != Status.OK:
-            return f"{outcome.name}: {outcome.sentence}"
+            return f"{outcome.name}: {self._advice().get(outcome, outcome.sentence)}"
         basis = self.basis[(slice(None), slice(None), *where)][: int(self.rank[where])]
         return ", ".join(equation(k, self.names) for k in basis) or f"no resonance up to order {self.max_order}"
 
@@ -159,7 +165,13 @@ class Resonances(Result):
             for basis, count in table[:SHOWN]
         ]
         rest = sum(count for _, count in table[SHOWN:])
-        return rows + ([f"  {rest:8d}  {rest / total:6.1%}  {len(table) - SHOWN} others"] if rest else [])
+        rows += [f"  {rest:8d}  {rest / total:6.1%}  {len(table) - SHOWN} others"] if rest else []
+        undecided = int(np.count_nonzero(self.status == Status.NOT_CONVERGED))
+        return rows + ([f"  {undecided:8d}          undecided"] if undecided else [])
+
+    def _advice(self) -> dict[Status, str]:
+        """Return the words for orbits that are undecided."""
+        return {Status.NOT_CONVERGED: "undecided, as the errors of the frequencies are too wide; try a longer time"}
 
     def summary(self) -> str:
         """Return one line with the number of orbits that have no resonance, one, two and more.
@@ -171,7 +183,8 @@ class Resonances(Result):
         """
         ranks = [int(rank) for rank in np.unique(self.rank)]
         said = {rank: "not resonant" if rank == 0 else f"with {counted(rank, 'resonance')}" for rank in ranks}
-        text = describe(self.status, {words: self.rank == rank for rank, words in said.items()})
+        kinds = {words: self.rank == rank for rank, words in said.items()}
+        text = self._in_own_words(describe(self.status, kinds))
         if self.lines is None:
             return text
         return f"{text}; {counted(int(np.count_nonzero(self.lines.rank)), 'orbit')} with resonant dominant lines"
@@ -270,6 +283,8 @@ def resonances(
       has order 4.
     - Basis: Minkowski's reduction in the norm :math:`|k|_1`. If it needs a vector that is no resonance, the errors are
       too wide and the status is NOT_CONVERGED.
+    - Significance: a resonance counts if the errors allow fewer than 0.01 accidental ones up to its order. An orbit
+      with none that counts is undecided, NOT_CONVERGED.
     - Accidental: :math:`\sum_k 2 c_n\,\mathrm{width}(k)/(|k|_2 |\nu|_2)`, :math:`c_n =
       \Gamma(n/2)/(\sqrt{\pi}\,\Gamma((n - 1)/2))`. If it is not far below 1, reduce `max_order`, `tolerance` or the
       errors. For n = 4 it is 2e-6 by default, 1e-5 at order 12.
@@ -317,29 +332,36 @@ def resonances(
     table[:, :n] = vectors(n, max_order)
     progress = np.zeros(math.ceil(status.size / LANES))
 
+    noise = np.zeros((n, status.size))
+    noise[:, status == Status.OK] = errors.reshape(n, -1)[:, status == Status.OK]
+
     def found() -> Resonances:
         done = np.repeat(progress > 0, LANES)[: status.size]
         outcome = np.where(done | (status != Status.OK), status, Status.INTERRUPTED)
         bases = _by_order(np.ascontiguousarray(np.moveaxis(basis[:, :n, :n], 0, -1)), rank)
+        counted_rank = _significant(bases, rank, flat[:n], noise, max_order)
+        unsure = (rank > 0) & (counted_rank == 0)
+        present = np.arange(n)[:, None] < counted_rank
+        bases = np.where(present[:, None], bases, 0)
         size = np.abs(bases)
-        present = np.arange(n)[:, None] < rank
         frequencies, allowed = (np.where(outcome == Status.OK, rows[:n], 0.0) for rows in (flat, spread))
         distance = np.where(present, np.abs(np.einsum("ijo,jo->io", bases, frequencies)), np.nan)
         width = np.where(present, np.einsum("ijo,jo->io", size, allowed), np.nan)
         rounding = 4 * np.finfo(float).eps * np.einsum("ijo,jo->io", size, np.abs(frequencies))
-        torn = (distance > width + rounding).any(axis=0)  # no frequencies within the errors have all that was found
+        # No frequencies within the errors have all that was found, or nothing that was found is significant.
+        torn = (distance > width + rounding).any(axis=0) | unsure
         outcome = np.where(torn, Status.NOT_CONVERGED, outcome)
         distance, width = (np.where(torn, np.nan, rows) for rows in (distance, width))
         return Resonances(
             names=names,
             max_order=max_order,
             tolerance=tolerance,
-            rank=np.where(torn, 0, rank).reshape(shape),
+            rank=np.where(torn, 0, counted_rank).reshape(shape),
             basis=np.where(torn, 0, bases).reshape(n, n, *shape),
             order=np.where(torn, 0, size[0].sum(axis=0)).reshape(shape),
             distance=distance.reshape(n, *shape),
             width=width.reshape(n, *shape),
-            accidental=_accidental(flat[:n], spread[:n], n, max_order).reshape(shape),
+            accidental=_accidental(flat[:n], spread[:n], max_order).reshape(shape),
             status=outcome.reshape(shape),
         )
 
@@ -414,30 +436,46 @@ def _by_order(basis: np.ndarray, rank: np.ndarray) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=16)
-def _sum_of_ratios(n: int, max_order: int) -> float:
-    """Return the sum of |k_1|/|k|_2 over the vectors; every component has the same."""
-    k = vectors(n, max_order)
-    return float((np.abs(k).sum(axis=1) / np.sqrt((k * k).sum(axis=1))).sum() / n)
-
-
-def _accidental(nu: np.ndarray, spread: np.ndarray, n: int, max_order: int) -> np.ndarray:
-    """Return the expected number (orbits,) of accidental relations, at most that of all vectors; NaN where spread
-    is.
+def _sums_of_ratios(n: int, max_order: int) -> np.ndarray:
+    """Return the sums of |k_1|/|k|_2 over the vectors up to each order from 0 to max_order; every component has the
+    same.
     """
+    k = vectors(n, max_order)
+    size = np.abs(k).sum(axis=1)
+    sums = np.bincount(size, size / np.sqrt((k * k).sum(axis=1)), minlength=max_order + 1).cumsum() / n
+    sums.flags.writeable = False
+    return sums
+
+
+def _relative_spread(nu: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """Return the expected number (orbits,) of accidental relations per unit sum of ratios; NaN at rest."""
+    n = len(nu)
     density = math.gamma(n / 2) / (math.sqrt(math.pi) * math.gamma((n - 1) / 2))
     with np.errstate(divide="ignore", invalid="ignore"):
         top = np.abs(nu).max(axis=0)
         ratio = nu / top  # squares in any units
-        expected = (
-            2
-            * density
-            * _sum_of_ratios(n, max_order)
-            * (spread.sum(axis=0) / top)
-            / np.sqrt((ratio * ratio).sum(axis=0))
-        )
+        return np.asarray(2 * density * (spread.sum(axis=0) / top) / np.sqrt((ratio * ratio).sum(axis=0)))
+
+
+def _accidental(nu: np.ndarray, spread: np.ndarray, max_order: int) -> np.ndarray:
+    """Return the expected number (orbits,) of accidental relations, at most that of all vectors; NaN where spread
+    is.
+    """
+    n = len(nu)
+    expected = _relative_spread(nu, spread) * _sums_of_ratios(n, max_order)[-1]
     most = float(len(vectors(n, max_order)))
     resting = np.isfinite(spread).all(axis=0) & ~(np.abs(nu).max(axis=0) > 0)
     return np.where(resting, most, np.minimum(expected, most))
+
+
+def _significant(bases: np.ndarray, rank: np.ndarray, nu: np.ndarray, errors: np.ndarray, max_order: int) -> np.ndarray:
+    """Return the number (orbits,) of first vectors of bases (n, n, orbits) up to whose order fewer than CHANCE
+    accidental relations within the errors are expected; at rest all of them.
+    """
+    length = np.minimum(np.abs(bases).sum(axis=1), max_order)
+    expected = _relative_spread(nu, errors) * _sums_of_ratios(len(nu), max_order)[length]
+    wide = (expected >= CHANCE) & (np.arange(len(nu))[:, None] < rank)
+    return np.where(wide.any(axis=0), wide.argmax(axis=0), rank)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from ..core.status import Status
 from ..engine.threads import checked_threads
 from ..results.result import Result, along
 from ..runs.given_orbits import Given, gap, given_orbits, row_names, stays
+from ..runs.row_order import wrong_order
 from .kernels import tunes as kernels
 from .plane_modes import entangled
 from .tunes import Tunes, tunes_of
@@ -143,6 +144,9 @@ class TuneAccumulator:
 
     def __init__(self, coordinates: str | Sequence[str] | None = None, *, threads: int | None = None):
         self._coordinates = None if coordinates is None else row_names(coordinates)
+        wrong = None if self._coordinates is None else wrong_order(self._coordinates, by_name=False, alone=True)
+        if wrong is not None:
+            raise wrong
         self._threads = threads
         checked_threads(threads)
         self._known: _AccumulatedResults | None = None
@@ -170,7 +174,8 @@ class TuneAccumulator:
         """
         if not isinstance(state, TuneSums):
             raise TypeError(f"state must be a TuneSums, got {type(state).__name__}")
-        found = cls(state.names, threads=threads)
+        found = cls(threads=threads)
+        found._coordinates = state.names
         found._known = _AccumulatedResults.of(state)
         return found
 
@@ -211,7 +216,7 @@ class TuneAccumulator:
         If an error is raised, or on Ctrl-C, no turn has been added.
         """
         names = self._coordinates if self._known is None else self._known.names
-        given = given_orbits(samples, coordinates=names, least=int(self._known is None))
+        given = given_orbits(samples, coordinates=names, least=int(self._known is None), ordered=True)
         rows, orbits, _ = given.shape
         z = given.read(0, orbits)
         threads = checked_threads(self._threads)

@@ -63,7 +63,8 @@ def frequency(frequency_map: Any, name: str, frequencies: Any = None) -> np.ndar
         return frequency_map.nu_eta if name == "eta" else frequency_map.nu_gamma
     extra = ", eta, gamma" if frequency_map.nu_eta is not None else ""
     raise ValueError(
-        f"frequency must be one of {listed(frequency_map.names)}{extra}, or a ratio a/b, got {shown(name)}"
+        f"frequency must be one of {listed(frequency_map.names)}{extra}, or a ratio a/b, got {shown(name)}. "
+        "Axes may be energy, angular_momentum or radius too."
     )
 
 

@@ -448,7 +448,7 @@ class Result(Drawable):
             Count of each outcome.
         """
         if hasattr(self, "status"):
-            return outcomes.describe(self.status, what=self.axis or "orbit")
+            return self._in_own_words(outcomes.describe(self.status, what=self.axis or "orbit"))
         try:
             count = int(np.prod(self.item_shape))
         except TypeError:
@@ -473,7 +473,20 @@ class Result(Drawable):
         OrbitError
             If an item has another status. The message counts the outcomes.
         """
-        outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
+        try:
+            outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
+        except outcomes.OrbitError as failed:
+            raise outcomes.OrbitError(self._in_own_words(str(failed))) from None
+
+    def _in_own_words(self, text: str) -> str:
+        """Return a description of outcomes with the sentences of `_advice`."""
+        for outcome, sentence in self._advice().items():
+            text = text.replace(f"({outcome.sentence})", f"({sentence})")
+        return text
+
+    def _advice(self) -> dict[outcomes.Status, str]:
+        """Return outcomes in words that suit the kind of result better than those of orbits in time."""
+        return {}
 
     def save(self, path: StrPath, *, overwrite: bool = False, **parameters: Any) -> Path:
         """Write the result to a file.

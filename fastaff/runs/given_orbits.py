@@ -14,6 +14,7 @@ from ..core.numbers import an_array, entries, fits, listed, numbers, positive, r
 from ..core.status import Status
 from ..engine.threads import by_portions
 from ..results.result import Result
+from .row_order import wrong_order
 from .starts import COORDINATES, ORBITS
 
 SAMPLES = ("sample", "samples", "time", "times", "t", "turn", "turns", "at_turn", "step", "steps")
@@ -71,7 +72,13 @@ class GivenOrbits(NamedTuple):
 
 
 def given_orbits(
-    value: Any, *, dt: Any = None, times: Any = None, coordinates: Any = None, least: int = 1
+    value: Any,
+    *,
+    dt: Any = None,
+    times: Any = None,
+    coordinates: Any = None,
+    least: int = 1,
+    ordered: bool = False,
 ) -> GivenOrbits:
     """Return the orbits of an argument `samples`; files are not read yet.
 
@@ -80,8 +87,8 @@ def given_orbits(
     knows; the path of a table of MAD's tracking; an array of PyAT (6, particles, 1, turns); a labelled array with
     `dims`, whose names tell the axes apart; anything with a shape and slices, such as a data set of a file; a mapping,
     group or Dataset, in which `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times
-    (samples,), or neither; coordinates (2n,): names of the rows; least: number of samples. Raises ValueError or
-    TypeError that name the wrong argument.
+    (samples,), or neither; coordinates (2n,): names of the rows; least: number of samples; ordered: whether the order
+    of the names is known to be right. Raises ValueError or TypeError that name the wrong argument.
     """
     names = None if coordinates is None else row_names(coordinates)
     if isinstance(value, str):
@@ -93,6 +100,8 @@ def given_orbits(
         raise TypeError(f"samples must be of orbits, {type(value).__name__} is a system: give {run}")
     if hasattr(value, "column_names"):
         raise TypeError("samples is a table of Arrow: give samples.to_pandas() or polars.from_arrow(samples)")
+    by_name = _named(value) or not isinstance(value, (np.ndarray, list, tuple))
+    alone = not hasattr(value, "points")
     foreign = dispatch_adapter("orbits", value, "samples", names)
     if foreign is not None:
         value = foreign.rows
@@ -106,6 +115,7 @@ def given_orbits(
     if times is None and hasattr(value, "samples") and hasattr(value, "times") and hasattr(value, "names"):
         found = value.times
         own = tuple(value.names)
+        ordered = ordered or names == own
         value = value.samples
         if value.shape[0] == 0:
             raise ValueError("samples must have samples: integrate(..., samples=1000)")
@@ -147,6 +157,9 @@ def given_orbits(
         names = (*(f"q{i + 1}" for i in range(n)), *(f"p{i + 1}" for i in range(n)))
     if len(names) != shape[0]:
         raise ValueError(f"coordinates must be {shape[0]} names, one for each row of samples, got {len(names)}")
+    wrong = None if coordinates is None or ordered else wrong_order(names, by_name=by_name, alone=alone)
+    if wrong is not None:
+        raise wrong
     start, interval = _interval(dt, times, shape[2])
     return GivenOrbits(parts=parts, order=order, shape=shape, interval=interval, start=start, names=names)
 

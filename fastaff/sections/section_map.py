@@ -11,7 +11,7 @@ from ..core.status import Status, counted, describe
 from ..results.result import Result, along
 from ..runs.coordinates import chart_row, in_chart
 from ..runs.requirements import checked_chart
-from ..runs.schemes.catalogue import Scheme
+from ..runs.schemes.catalogue import ITERATION, Scheme
 from ..runs.schemes.time_transformed import TimeTransformed
 from ..systems.charts import Chart
 
@@ -94,7 +94,7 @@ class SectionMap(Result):
             Summary.
         """
         crossings = counted(int(self.counts.sum()), "crossing")
-        head, colon, rest = describe(self.status).partition(":")
+        head, colon, rest = self._in_own_words(describe(self.status)).partition(":")
         said = f"{head}, {crossings}{colon}{rest}"
         way = getattr(self.section, "direction", 0)
         never = int(np.count_nonzero((self.counts == 0) & (self.status == Status.TOO_FEW_CROSSINGS)))
@@ -102,6 +102,17 @@ class SectionMap(Result):
             return said
         known, other = ("upwards", "downwards")[:: 1 if way > 0 else -1]
         return f"{said}; {never} never cross {known}. Use direction={-int(way)} for crossings {other}, 0 for all."
+
+    def _advice(self) -> dict[Status, str]:
+        """Return the words for crossings of samples, which have no scheme, and for iterates of a map."""
+        if self.scheme is None:
+            return {
+                Status.NOT_CONVERGED: "samples too few or too far apart to find the crossings; take more samples",
+                Status.NONFINITE: "a coordinate became infinite or NaN; check the samples",
+            }
+        if self.scheme == ITERATION:
+            return {Status.NONFINITE: "an iterate became infinite or NaN; reduce the amplitude"}
+        return {}
 
     def _row(self, name: str) -> np.ndarray | None:
         return chart_row(self.points, name)

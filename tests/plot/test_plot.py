@@ -331,6 +331,13 @@ def test_frequency_names():
         plot.frequency(found, "delta")
 
 
+def test_a_wrong_axis_is_refused_with_the_values_of_initial_conditions(ax):
+    found = frequency_map(np.array([1.5]), np.array([0.7]))
+    with pytest.raises(ValueError, match=r"got 'L'\. Axes may be energy, angular_momentum or radius") as refused:
+        plot.plot_frequency_map(found, ax=ax, x="L")
+    assert len(str(refused.value)) <= 160
+
+
 def test_plot_diffusion_grid(ax):
     grid = fastaff.energy_grid(
         NEO, section=fastaff.AlphaTurning(), axes=(np.linspace(0.1, 1.2, 9), np.linspace(-1.6, 1.6, 7)), **SURFACE

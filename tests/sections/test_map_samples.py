@@ -170,6 +170,15 @@ def test_containers_ends_and_files(tmp_path):
     ended = map_samples(np.stack([x, p]), 0.2, coordinates="x p", section="x=0")
     assert ended.status.tolist() == [fa.Status.OK, fa.Status.NONFINITE]
     np.testing.assert_array_equal(ended.times[: ended.counts[1], 1], cut.times[: ended.counts[1], 1])
+    assert "NONFINITE (a coordinate became infinite or NaN; check the samples)" in ended.summary()
+
+
+def test_samples_that_do_not_resolve_the_crossings_are_named():
+    t = np.arange(200.0)
+    cut = map_samples(np.array([np.sin(2.9 * t), np.cos(2.9 * t)]), 1.0, coordinates="x p", section="x=0")
+    assert cut.status.tolist() == [fa.Status.NOT_CONVERGED]
+    assert "NOT_CONVERGED (samples too few or too far apart to find the crossings; take more samples)" in cut.summary()
+    assert "guess" not in cut.summary()
 
 
 T = 0.1 * np.arange(40)

@@ -123,6 +123,9 @@ def test_orbits_of_a_diagram_that_end_are_nan():
     assert [fa.Status(k).name for k in found.status] == ["OK", "NONFINITE"]
     assert np.isfinite(found.points).all(axis=0).tolist() == [True, False]
     assert np.isnan(found.exponent[1])
+    assert "NONFINITE (an iterate became infinite or NaN; choose x0" in found.summary()
+    with pytest.raises(fa.OrbitError, match="an iterate became infinite or NaN"):
+        found.raise_if_failed()
 
 
 @pytest.mark.parametrize(
