@@ -207,7 +207,7 @@ ROWS = [
     (
         lambda: fa.energy_grid(HENON, energy=-1.0, section="x=0"),
         ValueError,
-        "energy must be at least the minimum 0 of this system, got -1",
+        "energy must be at least the local minimum 0 of this system, got -1",
     ),
     (
         lambda: fa.integrate(HENON, Z4, time=1.0)[5],
@@ -637,7 +637,7 @@ ROWS = [
     (
         lambda: fa.ode("x' = t*x; y' = y; z' = z"),
         ValueError,
-        "text: x' must not depend on t. Use a variable t with t' = 1.",
+        "text: x' must not depend on t. Try a variable t with t' = 1, periodic={'t': '2*pi/w'}.",
     ),
     (
         lambda: fa.action_angles(fa.Body(fa.NeoHookean()), Z8),

@@ -13,6 +13,7 @@ import shlex
 import sys
 from typing import Any
 
+from ..core.interruption import EXTRAS, extra_of
 from ..jobs.job import OPTIONS
 from ..jobs.wording import as_flag, respelled, spelled
 from .commands.animate import animate
@@ -82,9 +83,14 @@ def answer(arguments: list[str]) -> int:
     except cyclopts.CycloptsError as problem:
         _refuse(problem, arguments)
     except ModuleNotFoundError as problem:
-        if (problem.name or "").partition(".")[0] not in ("matplotlib", "cyclopts", "rich"):
+        missing = (problem.name or "").partition(".")[0]
+        if missing in ("matplotlib", "cyclopts", "rich"):
+            print(NO_EXTRAS, file=sys.stderr)
+        elif missing in EXTRAS:
+            install = extra_of(missing)
+            _fail(_one_line(problem if install in str(problem) else f"this command needs {missing}: {install}"))
+        else:
             raise
-        print(NO_EXTRAS, file=sys.stderr)
     except BrokenPipeError:
         raise
     except (ValueError, TypeError, OSError, ImportError) as problem:

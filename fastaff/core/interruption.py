@@ -101,6 +101,11 @@ EXTRAS = {
 """Extras that install the packages of others that are optional."""
 
 
+def extra_of(package: str) -> str:
+    """Return the command that installs an optional package."""
+    return f"pip install 'fastaff[{EXTRAS[package]}]'"
+
+
 def imported(name: str, package: str | None = None, what: str = "this") -> Any:
     """Return a module, loaded where it is not yet. Ctrl-C waits: it would leave modules half loaded for good. Raises
     ModuleNotFoundError where an optional package is missing: it names the feature and the extra to install.
@@ -112,7 +117,7 @@ def imported(name: str, package: str | None = None, what: str = "this") -> Any:
         missing = (problem.name or "").partition(".")[0]
         if missing not in EXTRAS:
             raise
-        said = f"{what} needs {missing}: pip install 'fastaff[{EXTRAS[missing]}]'"
+        said = f"{what} needs {missing}: {extra_of(missing)}"
         raise ModuleNotFoundError(said, name=missing) from None
 
 

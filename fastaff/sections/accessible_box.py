@@ -48,6 +48,16 @@ STRIDES = 200
 """Number of these steps."""
 
 
+DIRECTIONS = 32
+"""Directions in which values below the lowest minimum are sought."""
+
+FAR = np.geomspace(1e-2, 1e4, 61)
+"""Distances, in units of the coordinates, at which they are sought. Expanded squares cancel to 1e-8 at the last."""
+
+ALIKE = 1e-9
+"""Relative difference of values that counts as rounding."""
+
+
 class AccessibleBox(NamedTuple):
     """Ranges low, high (d,) of the coordinates of all bounded wells; the least value in them; whether another allowed
     region reaches into the box.
@@ -68,6 +78,15 @@ class NoWell(ValueError):
         super().__init__("no bounded well")
         self.least = least
         self.endless = endless
+
+
+def falls_below(floor: Floor, d: int, least: float) -> bool:
+    """Return whether a function of d coordinates has values below its lowest minimum, so that this is a local one."""
+    direction = np.random.default_rng(SEED).standard_normal((d, DIRECTIONS))
+    direction /= np.sqrt((direction**2).sum(axis=0))
+    with np.errstate(all="ignore"):
+        value = floor((direction[:, :, None] * FAR).reshape(d, -1))
+    return bool((value < least - ALIKE * abs(least)).any())
 
 
 def minima(floor: Floor, d: int) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ from ..runs.requirements import check_given, checked_model, checked_section
 from ..systems.models.mechanics import System, system_of
 from ..systems.models.reduction import reduced_body
 from ..systems.models.sections import AngleEquals, Hyperplane
-from .accessible_box import spread
+from .accessible_box import falls_below, potential_of, spread
 from .allowed_region import Function, crossings, extrema, line, line_where_it_happens
 
 TOLERANCE = 1e-9
@@ -444,7 +444,9 @@ def too_low(system: System, energy: float, p_eta: float, p_gamma: float) -> str 
     where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if system.isotropic else ""
     what = "body" if system.isotropic else "system"
     least = least if abs(least) > 1e-12 * abs(energy) else 0.0  # hidden by rounding
-    return f"energy must be at least the minimum {least:.6g} of this {what}{where}, got {energy:g}"
+    plane = _in_plane(system, p_eta, p_gamma)
+    kind = "local minimum" if falls_below(potential_of(plane.model), plane.n, least) else "minimum"
+    return f"energy must be at least the {kind} {least:.6g} of this {what}{where}, got {energy:g}"
 
 
 def may_escape(system: System, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0) -> str | None:

@@ -24,7 +24,7 @@ from ..core.descent import Floor
 from ..core.names import named
 from ..core.numbers import listed
 from ..systems.models.mechanics import System
-from .accessible_box import AccessibleBox, NoWell, box_of_angles, least_within, spread, walled, within
+from .accessible_box import AccessibleBox, NoWell, box_of_angles, falls_below, least_within, spread, walled, within
 from .allowed_region import crossings, extrema
 from .energy_shell import EnergyShell, Momenta, NotReached, may_escape, too_low
 from .named_axes import CHANCE, checked_ranges
@@ -360,7 +360,7 @@ def bounded(
     try:
         box = box_of_angles(floor, periods_of(shell.system, rows), shell.energy)
     except NoWell as problem:
-        raise no_well(shell, problem, tuple(shell.system.row_names[k] for k in rows)) from None
+        raise no_well(shell, floor, problem, tuple(shell.system.row_names[k] for k in rows)) from None
     if not given:
         return box
     low, high = box.low.copy(), box.high.copy()
@@ -370,14 +370,15 @@ def bounded(
     return AccessibleBox(low, high, 0.0, False)
 
 
-def no_well(shell: EnergyShell, problem: NoWell, names: tuple[str, ...]) -> ValueError:
+def no_well(shell: EnergyShell, floor: Floor, problem: NoWell, names: tuple[str, ...]) -> ValueError:
     """Return the error for an energy that reaches no bounded region of the rows of these names."""
     system, energy = shell[:2]
     on_section = shell.section is not None
     least = problem.least
     if energy <= least:
         where = " on the section" if on_section else ""
-        return NotReached(f"energy must be at least the minimum {least:.6g} of this system{where}, got {energy:g}")
+        kind = "local minimum" if falls_below(floor, len(names), least) else "minimum"
+        return NotReached(f"energy must be at least the {kind} {least:.6g} of this system{where}, got {energy:g}")
     if problem.endless:
         why = f"what energy {energy:g} allows falls apart into wells without end"
     else:

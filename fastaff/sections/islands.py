@@ -20,7 +20,14 @@ from ..frequencies.turning import unresolved
 from ..frequencies.windows import SPANS
 from ..results.progress import says_progress
 from ..results.result import Result, along
-from ..systems.models.sections import AngleEquals, Hyperplane
+from ..systems.models.sections import (
+    AlphaEquals,
+    AlphaTurning,
+    AngleEquals,
+    BetaEquals,
+    BetaTurning,
+    Hyperplane,
+)
 from .scatter import scattered
 from .section_map import SectionMap
 
@@ -41,6 +48,14 @@ FRAMES = 3
 
 THINNEST = 1e-6
 """Least ratio of the axes that one of these maps changes."""
+
+RADIAL = (AlphaTurning, BetaTurning, AlphaEquals, BetaEquals)
+"""Sections of a body on which the other radius and its momentum are a canonical pair."""
+
+STRAIGHT = 1e-11
+"""Angular momentum in a plane of a body, relative to largest radius times largest momentum, below which the orbit runs
+on a line. The round-off of a thousand steps is smaller.
+"""
 
 CHAOS = 1.5
 """Digits fewer than asked for that a chaotic orbit must have: its rotation number converges like N^(-1/2)."""
@@ -148,7 +163,8 @@ def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None 
     ----------
     points : array_like, shape (2, crossings) or (2, crossings, orbits), or SectionMap
         Coordinate and momentum at the crossings, NaN after the last one. A `SectionMap` must be of a map of one degree
-        of freedom, or of a section q_i = c of a system of two degrees of freedom.
+        of freedom, of a section q_i = c of a system of two degrees of freedom, or of a section of alpha or beta of a
+        body, such as "alpha-turning". The points of a body are beta, p_beta or alpha, p_alpha.
     centre : array_like, shape (2,) or (2, orbits), optional
         Point inside the invariant curves. Default: the weighted mean of each orbit, which lies inside any convex curve.
 
@@ -160,9 +176,9 @@ def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None 
     Raises
     ------
     ValueError
-        If the points or the centre have a wrong shape or value.
+        If the points or the centre have a wrong shape or value, or the `SectionMap` has other dimensions.
     TypeError
-        If the points are of another kind, or the `SectionMap` has other dimensions.
+        If the points are of another kind.
 
     Notes
     -----
@@ -200,7 +216,8 @@ def islands(
     ----------
     points : array_like, shape (2, crossings) or (2, crossings, orbits), or SectionMap
         Coordinate and momentum at the crossings, NaN after the last one. A `SectionMap` must be of a map of one degree
-        of freedom, or of a section q_i = c of a system of two degrees of freedom.
+        of freedom, of a section q_i = c of a system of two degrees of freedom, or of a section of alpha or beta of a
+        body, such as "alpha-turning". The points of a body are beta, p_beta or alpha, p_alpha.
     centre : array_like, shape (2,) or (2, orbits), optional
         Point inside the invariant curves; for a chain, a point between its islands, such as the elliptic fixed point.
         Default: the weighted mean of each orbit.
@@ -309,14 +326,54 @@ def _plane(section_map: SectionMap) -> np.ndarray:
     normal = np.asarray(getattr(section_map.section, "normal", ()))
     if len(points) == 2:
         return points
+    if type(section_map.section) in RADIAL and len(points) == 8:
+        return _radial(points, section_map.section.over)
     one = type(section_map.section) in (Hyperplane, AngleEquals) and np.count_nonzero(normal) == 1
     if len(points) != 4 or not one or normal[2:].any():
         raise ValueError(
             "points must be a SectionMap of a map or a section q_i = c with one degree of freedom left. Try "
-            "np.array([found['q'], found['p_q']])."
+            f"{_pair_of(section_map)}."
         )
     other = 1 - int(np.flatnonzero(normal)[0])
     return points[[other, 2 + other]]
+
+
+def _pair_of(section_map: SectionMap) -> str:
+    """Return, as Python, the array of a coordinate that a section leaves free and of its momentum."""
+    section = section_map.section
+    names = section_map.names
+    n = len(names) // 2
+    fixed = set(np.flatnonzero(getattr(section, "normal", ())).tolist())
+    rows = [k for k in range(len(names)) if k not in fixed]
+    canonical = [k for k in rows if k + n in rows]
+    if hasattr(section, "over"):
+        q, p = section.over, f"p_{section.over}"
+    elif len(names) == 2 * n and canonical:
+        q, p = names[canonical[0]], names[canonical[0] + n]
+    else:
+        q, p = (names[k] for k in rows[:2])
+    return f"np.array([found[{q!r}], found[{p!r}]])"
+
+
+def _radial(points: np.ndarray, name: str) -> np.ndarray:
+    """Return the radius alpha or beta of a body and its momentum (2, crossings, orbits). They are canonical on sections
+    of the other radius, because p_eta and p_gamma are conserved. An orbit on a line through the centre of its plane
+    gets its signed place on it: a radius would fold its curve.
+    """
+    first = 0 if name == "alpha" else 2
+    q, p = points[first : first + 2], points[first + 4 : first + 6]
+    radius, momentum = np.hypot(*q), np.hypot(*p)
+    with np.errstate(all="ignore"):
+        found = np.array([radius, (q * p).sum(axis=0) / radius])
+    about = np.nan_to_num(np.abs(q[0] * p[1] - q[1] * p[0])).max(axis=0, initial=0.0)
+    most = np.nan_to_num(radius).max(axis=0, initial=0.0)
+    for o in np.flatnonzero(about <= STRAIGHT * most * np.nan_to_num(momentum).max(axis=0, initial=0.0)):
+        part = q[:, :, o] if most[o] > 0 else p[:, :, o]
+        farthest = np.argmax(np.nan_to_num(np.hypot(*part)))
+        length = np.hypot(*part[:, farthest])
+        along_line = part[:, farthest] / length if length > 0 else np.array([1.0, 0.0])
+        found[:, :, o] = along_line @ q[:, :, o], along_line @ p[:, :, o]
+    return found
 
 
 def _checked(points: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -17,6 +17,7 @@ from fastaff import files
 from fastaff.cli import application, options
 from fastaff.cli import demonstration as demo
 from fastaff.cli import main as cli
+from fastaff.core.interruption import imported
 from fastaff.jobs import scans
 
 pytest.importorskip("cyclopts")
@@ -235,6 +236,34 @@ def test_the_explorer_needs_no_extra(here):
         assert done.stdout == ""
         assert 'pip install "fastaff[demo]"' in done.stderr
         assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("zarr", "a store needs zarr: pip install 'fastaff[io]'"),
+        ("sympy", "this command needs sympy: pip install 'fastaff[symbolic]'"),
+    ],
+)
+def test_a_missing_extra_is_one_line(name, said, monkeypatch, capsys):
+    """The extras of an installation with figures, whether the package names the extra or the import failed bare."""
+
+    def run() -> None:
+        with monkeypatch.context() as without:
+            without.setitem(sys.modules, name, None)
+            imported(name, what="a store") if name == "zarr" else __import__(name)
+
+    monkeypatch.setitem(application.COMMANDS, "status", run)
+    assert cli.main(["status"]) == 2
+    assert capsys.readouterr().err == f"fastaff: error: {said}\n"
+
+
+def test_a_job_without_zarr_is_refused_in_one_line(here, monkeypatch, refused):
+    model = 'model = "henon-heiles"'
+    sizes = "energy = 0.1\n[initial_conditions]\norbits = 2\nseed = 0\n[frequency_map]\ntime = 50"
+    (here / "job.toml").write_text(f"[model]\n{model}\n[energy_surface]\n{sizes}\n")
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    refused(["run", "job.toml"], "fastaff: error: a store needs zarr: pip install 'fastaff[io]'")
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,7 @@ def test_jobs_carry_them(value):
         (["--ode", "x' = k*x", "--axes", "x=1:2:3"], "unknown name 'k' at column 2"),
         (["--ode", "x' = k*x", "--axes", "x=1:2:3"], "Use --parameter k=VALUE."),
         (["--map", "x1 = x + q; p1 = p"], "--map, x1: unknown name 'q'"),
+        (["--map", "x1 = a*x - x**3", "--axes", "x=0:1:3"], "Use --parameter a=VALUE."),
         (["--model", "henon-heiles", "--friction", "0.1"], "--friction belongs to"),
     ],
 )

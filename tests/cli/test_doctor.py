@@ -12,6 +12,7 @@ import pytest
 
 from fastaff.cli import main as cli
 from fastaff.cli.commands import doctor
+from fastaff.core.compilations import Compiling
 from fastaff.results import machine
 from fastaff.results.machine import Dependency
 
@@ -84,6 +85,23 @@ def test_what_is_wrong(checked, monkeypatch, capsys, tmp_path):
         assert f"fastaff: {sentence}" in said.err
     assert 'missing, optional: pip install "fastaff[io]"' in said.out
     assert said.err.count("\n") == 5
+
+
+@pytest.mark.parametrize("compiles", [0, 4])
+def test_a_check_that_compiled_says_so(compiles, checked, monkeypatch, capsys):
+    """Whether the cache held other kernels does not matter."""
+    monkeypatch.setattr(doctor, "ORBITS", 200)
+
+    def computed(run):
+        run()
+        monkeypatch.setattr(Compiling, "kernels", Compiling.kernels + compiles)
+
+    monkeypatch.setattr(doctor, "compiled", computed)
+    check = doctor._check()
+    assert check["was_cached"] == (compiles == 0)
+    said = dict(doctor._rows({**checked[0], "check": check}))["self-check"]
+    assert ("(compiling)" in said) == (compiles == 4)
+    assert ("(nothing to compile)" in said) == (compiles == 0)
 
 
 def test_where_kernels_come_from(monkeypatch):

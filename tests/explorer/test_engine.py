@@ -728,7 +728,7 @@ def test_the_package_answers_the_pages_messages():
     assert (reading["classification"], reading["crossings"], reading["status"]) == ("undecided", 60, "done")
     assert [m["names"] for m in of(heard, "parsed")] == [["k", "w"], []]
     assert of(heard, "parsed")[0]["message"] is None
-    assert "energy must be at least the minimum 0" in heard[-1]["message"]
+    assert "energy must be at least the local minimum 0" in heard[-1]["message"]
     answers.receive({"type": "more", "orbit": 1, "crossings": 5})  # which has not lost its orbits
     assert [m["type"] for m in heard[-2:]] == ["points", "reading"]
 

@@ -66,10 +66,24 @@ def test_the_least_energy_on_a_section():
 
 
 def test_energies_beyond_the_wells():
-    with pytest.raises(ValueError, match=r"^energy must be at least the minimum 0 of this system, got -1$"):
+    with pytest.raises(ValueError, match=r"^energy must be at least the local minimum 0 of this system, got -1$"):
         fa.energy_sample(HH, energy=-1.0, section="x=0", orbits=3)
     with pytest.raises(ValueError, match=r"^section x=0 is unbounded: energy 1 exceeds the escape energy 0\.166667"):
         fa.energy_sample(HH, energy=1.0, section="x=0", orbits=3)
+
+
+@pytest.mark.parametrize(
+    ("text", "coordinates", "kind"),
+    [
+        ("(x**2 + y**2)/2 + x**2*y", "x y", "local minimum"),
+        ("(x**2 + y**2)/2 + x**2*y**2", "x y", "minimum"),
+        ("(x**2 + y**2 + z**2)/2 + x**2*z", "x y z", "local minimum"),
+        ("(x**2 + y**2 + z**2)/2 + x**4*z**2", "x y z", "minimum"),
+    ],
+)
+def test_a_minimum_is_local_where_the_potential_falls_below_it(text, coordinates, kind):
+    with pytest.raises(ValueError, match=f"^energy must be at least the {kind} 0 of this system, got -0.1$"):
+        fa.energy_sample(fa.hamiltonian(text, coordinates=coordinates), energy=-0.1, orbits=3)
 
 
 def test_a_note_where_orbits_escape(here, capsys):

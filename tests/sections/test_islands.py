@@ -313,6 +313,43 @@ def test_padding_and_few_points():
         found.raise_if_failed()
 
 
+@pytest.mark.parametrize(("section", "free"), [("alpha-turning", "beta"), ("beta-turning", "alpha")])
+@pytest.mark.parametrize("straight", [False, True])
+def test_sections_of_a_body_are_taken(section, free, straight):
+    """Two oscillators in the planes a and b, of frequencies w: a radius has twice that of its plane, a signed place on
+    a line through the centre that of the plane.
+    """
+    rng = np.random.default_rng(7)
+    a, b = rng.uniform(0.5, 3.0, 2)
+    body = fastaff.affine_body("a*alpha**2/2 + b*beta**2/2", a=a, b=b)
+    about = {"p_eta": 0.3, "p_gamma": 0.2}
+    if straight:
+        about["p_gamma" if free == "beta" else "p_eta"] = 0.0
+    z0 = fastaff.energy_sample(body, energy=4.0, section=section, orbits=3, seed=1, **about)
+    cut = fastaff.poincare_map(body, z0, section=section, crossings=300, max_time=4000.0)
+    found = rotation_number(cut)
+    ratio = np.sqrt(b / a if free == "beta" else a / b) / (2 if straight else 1)
+    off = found.rotation + ratio
+    assert (found.status == Status.OK).all()
+    assert (np.abs(off - np.rint(off)) <= found.error).all()
+    assert (found.error < (1e-6 if straight else 0.06)).all()
+    if not straight:
+        by_hand = rotation_number(np.array([cut[free], cut[f"p_{free}"]]))
+        np.testing.assert_allclose(by_hand.rotation, found.rotation, atol=1e-9)
+    assert len(islands(cut)) == 3
+
+
+def test_the_hint_of_a_section_names_rows_that_it_has():
+    body = fastaff.Body(fastaff.NeoHookean())
+    z0 = fastaff.energy_sample(body, energy=1.5, section="area=1", p_eta=0.3, p_gamma=0.2, orbits=1)
+    cut = fastaff.poincare_map(body, z0, section="area=1", crossings=40, max_time=900.0)
+    with pytest.raises(ValueError, match="points must be a SectionMap") as refusal:
+        rotation_number(cut)
+    hint = str(refusal.value).split("Try ")[1].removesuffix(".")
+    assert hint == "np.array([found['beta'], found['p_beta']])"
+    assert rotation_number(eval(hint, {"np": np, "found": cut})).rotation.shape == (1,)
+
+
 @pytest.mark.parametrize(
     ("call", "error", "match"),
     [

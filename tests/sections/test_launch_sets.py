@@ -419,7 +419,7 @@ def test_axes_without_names_are_refused_with_a_call_that_takes_them():
     ("model", "change", "error", "message"),
     [
         (HH, {"energy": 0.2}, ValueError, "exceeds the escape energy 0.166667"),
-        (HH, {"energy": -1.0}, NotReached, "energy must be at least the minimum 0 of this system, got -1"),
+        (HH, {"energy": -1.0}, NotReached, "energy must be at least the local minimum 0 of this system, got -1"),
         (galaxy(), {"energy": -3.0}, NotReached, "energy must be at least the minimum -2.302"),
         (galaxy(), {"section": "x=2"}, NotReached, "minimum 0.694.* of this system on the section"),
         (fa.hamiltonian("x**2/2", coordinates="x"), {}, ValueError, "two degrees of freedom or more"),

@@ -218,6 +218,7 @@ def test_refused_with_what_where_and_what_is_allowed(text, found, column):
         ("Sin(x)", "Did you mean sin?"),
         ("sqr(x)", "Did you mean sqrt?"),
         ("K", "Did you mean k?"),
+        ("c*x", "Give a parameter its value, c=1.0."),
         ("x^2^3", "Use parentheses with ^"),
         ("2x", "Use * for a product"),
         ("k(x)", "Use k*(...)"),

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...engine import packs
+from ...results.progress import Compilation
 from ..options import WRITTEN, Parameter
 from ..progress import compiled
 from ..stops import say
@@ -106,13 +107,12 @@ def _check() -> dict[str, Any]:
 
     from ...engine.cache import CodeCache
     from ...engine.code_folder import prebuilt
-    from ..progress import is_cold
 
     body = fastaff.Body(fastaff.Harmonic(C=1.0))
     start = np.array([1.0, 0.0, 0.3, 0.0, 0.0, 0.5, 0.0, 0.2])
     z0 = start[:, None] * np.linspace(0.5, 1.5, ORBITS)
     period = 2 * np.pi
-    cold = is_cold()
+    compilation = Compilation()
     seconds = []
     error = []
 
@@ -136,7 +136,7 @@ def _check() -> dict[str, Any]:
     return {
         "error": max(error),
         "first_result": seconds[0],
-        "was_cached": not cold,
+        "was_cached": not compilation.begins,
         "kernels": kernels,
         "orbit_steps_per_second": rate,
     }

@@ -342,7 +342,8 @@ class _Reader:
         if name in CONSTANTS or name in self.variables or name in self.parameters:
             return Operation("name", name)
         known = (*self.variables, *self.parameters, *CONSTANTS)
-        hint = self.similar(name, (*known, *FUNCTIONS)) or f"Give a parameter its value, {name}=1.0."
+        meant = known if len(name) < 3 else (*known, *FUNCTIONS)  # a letter is a parameter, not a function
+        hint = self.similar(name, meant) or f"Give a parameter its value, {name}=1.0."
         hint = TIME_HINT if name == TIME else f"{hint} Known names: {listed(known)}."
         raise UnknownName(f"{self.argument}: unknown name {shown(name, 44)} at column {column}", name, hint)
 

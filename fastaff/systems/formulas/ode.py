@@ -25,6 +25,12 @@ from .second_order import first_order
 LENGTH = 2000
 """Most characters of a text, and of each equation that is an expression."""
 
+DRIVE = "drive_period"
+"""Argument of `hamiltonian` for its time."""
+
+TIMED = "Try a variable t with t' = 1, periodic={'t': '2*pi/w'}"
+"""Hint for equations with the time: the section t=0 then counts each period."""
+
 
 @says_progress
 @inserts_parameters
@@ -107,6 +113,8 @@ def ode(
         periodic = turned if periodic is None else periodic
     written, length = _written(text)
     equations = split(written)
+    if DRIVE in parameters and not re.search(rf"\b{DRIVE}\b", f"{written} {domain}"):
+        raise ValueError(f"{DRIVE} must be left out for an ODE system, got {shown(parameters[DRIVE])}. {TIMED}.")
     names: list[str] = []
     for name, _ in equations:
         names.append(checked_name(name, "variable", {*names, *WITHOUT_BODY}))
@@ -116,7 +124,7 @@ def ode(
     }
     for name, side in equations:
         if re.search(r"\bt\b", side) and "t" not in (*names, *values):
-            raise ValueError(f"text: {name}' must not depend on t. Use a variable t with t' = 1.")
+            raise ValueError(f"text: {name}' must not depend on t. {TIMED}.")
     turns = period_texts(periodic, names)
     request = Request(written, domain, tuple(values), tuple(names), "ode", periods=turns if any(turns) else ())
     programs = request.programs(length)
