@@ -321,15 +321,17 @@ def _free_pair(section_map: Any, names: tuple[str, ...]) -> tuple[str, str]:
 
 
 def has_momenta(found: Any) -> bool:
-    """Tell whether the second half of the rows of a result are momenta: by its model, else by their names, which begin
-    with p. Charts of bodies have them.
+    """Tell whether the second half of the rows of a result are momenta: by its model, or by their names, which are
+    those of `hamiltonian` for a forced system, and begin with p if the model is not known.
     """
     names = tuple(name for name in found.names if name not in PHASE)
     model = argument_of(found, "model")
-    if model is not None:
-        return bool(current_system(model).canonical)
+    if model is not None and current_system(model).canonical:
+        return True
     half = len(names) // 2
-    return not names or (len(names) == 2 * half and all(name[:1] == "p" for name in names[half:]))
+    if model is not None:
+        return names[half:] == tuple(f"p_{name}" for name in names[:half])
+    return len(names) == 2 * half and all(name[:1] == "p" for name in names[half:])
 
 
 def free_rows(section: Any, names: tuple[str, ...]) -> tuple[str, str]:
