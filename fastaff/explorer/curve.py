@@ -25,7 +25,7 @@ TRIED_HARMONICS = 4
 """Harmonics of the rotation number that a line may be."""
 
 LONGER_THAN_TREE = 1.1
-"""Largest length of an open polygon over that of the shortest tree: 1 on a curve, more where it leaps between islands."""
+"""Largest length of an open polygon over that of the shortest tree: 1 on a curve, more where it leaps over gaps."""
 
 MOST_ISLANDS = 60
 """Islands of a chain that are looked for."""
@@ -47,7 +47,7 @@ LEAST_GAP = np.pi
 
 
 class Turning(NamedTuple):
-    """A rotation number in turns per crossing, in (-1/2, 1/2], with its error; of a chain also islands and own turns."""
+    """A rotation number in turns per crossing, in (-1/2, 1/2], with its error; of a chain q and own turns."""
 
     value: float
     error: float
@@ -81,8 +81,8 @@ class Ordered(NamedTuple):
 def curve_rotation(points: np.ndarray) -> Turning | None:
     """Return the rotation number of points (2, crossings); None for too few points, and for neither curve nor chain.
 
-    That of a chain is p/q with the turns about an island in q crossings. That of a curve is about the mean of the points
-    if that sees all of the curve; else it is the mean advance along the curve.
+    That of a chain is p/q with the turns about an island in q crossings. That of a curve is about the mean of the
+    points if that sees all of the curve; else it is the mean advance along the curve.
     """
     found = rotation_number(points)
     if not np.isfinite(found.error[0]):
