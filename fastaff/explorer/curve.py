@@ -98,14 +98,16 @@ def curve_rotation(points: np.ndarray) -> Turning | None:
 def _chain(points: np.ndarray) -> Turning | None:
     """Return the rotation number of a chain of islands about its centre, None where the points show no chain.
 
-    The points of an island are joined in the shortest tree: q - 1 of its edges lead from one to another. Points of one
-    curve near a fraction p/q part alike, but those of an island turn about its centre.
+    The points of an island are joined in the shortest tree, of which q - 1 edges lead from one to another, or alone in
+    their sector about the mean. Points of one curve near a fraction p/q part alike, but those of an island turn.
     """
     plane = _scaled(points)
     count = plane.shape[1]
     tree = _shortest_tree(plane)
+    around = np.argsort(np.arctan2(plane[1], plane[0]), kind="stable")
     for q in range(2, min(MOST_ISLANDS, count // LEAST_VISITS) + 1):
-        if np.count_nonzero((tree.ends[0] - tree.ends[1]) % q) != q - 1:
+        joined = np.count_nonzero((tree.ends[0] - tree.ends[1]) % q) == q - 1
+        if not joined and np.count_nonzero(np.diff(around, append=around[0]) % q) != q:
             continue
         visits = [plane[:, island::q] for island in range(q)]
         if min(abs(_turns(own)) for own in visits) < LEAST_TURNS:

@@ -22,13 +22,16 @@ export function curveRotation(points) {
 
 /**
  * The rotation number of a chain of islands about its centre, null where the points show no chain. The points of an island
- * are joined in the shortest tree: q - 1 of its edges lead from one to another. Points of one curve near a fraction p/q part
- * alike, but those of an island turn about its centre.
+ * are joined in the shortest tree, of which q - 1 edges lead from one to another, or alone in their sector about the mean.
+ * Points of one curve near a fraction p/q part alike, but those of an island turn about its centre.
  */
 function chainRotation(points) {
   const [u, v] = columns(points), count = u.length, { from, to } = shortestTree(u, v), most = Math.min(MOST_ISLANDS, Math.floor(count/LEAST_VISITS));
+  const angle = u.map((x, k) => Math.atan2(v[k], x)), around = Uint32Array.from(u.keys()).sort((i, j) => angle[i] - angle[j]);
   for (let q = 2; q <= most; q++) {
-    if (from.reduce((sum, end, k) => sum + Number((end - to[k]) % q !== 0), 0) !== q - 1) continue;
+    const joined = from.reduce((sum, end, k) => sum + Number((end - to[k]) % q !== 0), 0) === q - 1;
+    const sectors = around.reduce((sum, k, at) => sum + Number((around[(at + 1) % count] - k) % q !== 0), 0);
+    if (!joined && sectors !== q) continue;
     const visits = Array.from({ length: q }, (_, island) => [u, v].map((x) => x.filter((_, k) => k % q === island)));
     if (visits.some(([x, y]) => !(Math.abs(turnsOf(x, y)) >= LEAST_TURNS))) continue;
     const p = placesMoved(visits.map(([x, y]) => [meanOf(x), meanOf(y)]));
