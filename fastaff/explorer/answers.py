@@ -334,7 +334,7 @@ class Answers:
     def _reading(self, z0: np.ndarray, points: np.ndarray, time: float) -> dict[str, Any]:
         """Return rotation number, indicators of chaos and frequencies of an orbit."""
         turning = curve_rotation(points) if points.shape[1] else None
-        rotation = None if turning is None else turning._asdict()
+        rotation = None if turning is None else turning.record()
         chaos = chaos_map(self.model, z0, time=time, indicators=(MEGNO(), Lyapunov()))
         found = frequency_map(self.model, z0, time=time)
         values = [*found.dominant[:, 0]]

@@ -1,8 +1,8 @@
-"""The rotation number of a closed curve of any shape, as in curve.js: about its inside, not the mean of its points."""
+"""The rotation number of a closed curve or a chain of islands, as in curve.js; none where the points tell neither."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,24 +24,50 @@ TRIED_LINES = 3
 TRIED_HARMONICS = 4
 """Harmonics of the rotation number that a line may be."""
 
-CLOSED = 1.25
-"""Largest length of a polygon over that of every second point: it is 1 on a curve, 2 for points over an area."""
+LONGER_THAN_TREE = 1.1
+"""Largest length of an open polygon over that of the shortest tree: 1 on a curve, more where it leaps over gaps."""
+
+MOST_ISLANDS = 60
+"""Islands of a chain that are looked for."""
+
+LEAST_VISITS = 8
+"""Points that each island of a chain must have."""
+
+LEAST_TURNS = 2.0
+"""Turns about its own centre that an island must show: the points of an arc of one curve make less than one."""
+
+ROUNDING = 1e-14
+"""Error of a fraction, in turns."""
 
 MOST_BACKWARDS = 0.03
 """Turns that images may go backwards: rounding alone on a curve seen from its inside, above a tenth for crescents."""
-
-AGREES = 2.0
-"""Distance of two rotation numbers that agree, in sums of their errors."""
 
 LEAST_GAP = np.pi
 """Gap of the angles about the mean from which the mean lies outside."""
 
 
 class Turning(NamedTuple):
-    """A rotation number in turns per crossing, in (-1/2, 1/2], with its error."""
+    """A rotation number in turns per crossing, in (-1/2, 1/2], with its error; of a chain q and own turns."""
 
     value: float
     error: float
+    q: int = 0
+    secondary: Turning | None = None
+
+    def record(self) -> dict[str, Any]:
+        """Return the fields that the page reads."""
+        own = {"value": self.value, "error": self.error}
+        if not self.q:
+            return own
+        turns = None if self.secondary is None else {"value": self.secondary.value, "error": self.secondary.error}
+        return {**own, "q": self.q, "secondary": turns}
+
+
+class Tree(NamedTuple):
+    """The shortest tree through points: both ends of each edge, and its length."""
+
+    ends: np.ndarray
+    length: float
 
 
 class Ordered(NamedTuple):
@@ -53,22 +79,86 @@ class Ordered(NamedTuple):
 
 
 def curve_rotation(points: np.ndarray) -> Turning | None:
-    """Return the rotation number of points (2, crossings) about the inside of their curve, None for too few points.
+    """Return the rotation number of points (2, crossings); None for too few points, and for neither curve nor chain.
 
-    It is about the mean of the points if that sees all of the curve; else it is the mean advance along the curve.
+    That of a chain is p/q with the turns about an island in q crossings. That of a curve is about the mean of the
+    points if that sees all of the curve; else it is the mean advance along the curve.
     """
     found = rotation_number(points)
     if not np.isfinite(found.error[0]):
         return None
-    about = Turning(float(found.rotation[0]), float(found.error[0]))
+    chain = _chain(points)
+    if chain is not None:
+        return chain
     if _seen_from_mean(points):
-        return about
-    along = along_curve(points)
-    if along is None:
-        return about
-    apart = abs(about.value - along.value)
-    differ = min(apart, 1.0 - apart) > AGREES * (about.error + along.error)
-    return along if differ or along.error < about.error else about
+        return Turning(float(found.rotation[0]), float(found.error[0]))
+    return along_curve(points)
+
+
+def _chain(points: np.ndarray) -> Turning | None:
+    """Return the rotation number of a chain of islands about its centre, None where the points show no chain.
+
+    The points of an island are joined in the shortest tree, of which q - 1 edges lead from one to another, or alone in
+    their sector about the mean. Points of one curve near a fraction p/q part alike, but those of an island turn.
+    """
+    plane = _scaled(points)
+    count = plane.shape[1]
+    tree = _shortest_tree(plane)
+    around = np.argsort(np.arctan2(plane[1], plane[0]), kind="stable")
+    for q in range(2, min(MOST_ISLANDS, count // LEAST_VISITS) + 1):
+        joined = np.count_nonzero((tree.ends[0] - tree.ends[1]) % q) == q - 1
+        if not joined and np.count_nonzero(np.diff(around, append=around[0]) % q) != q:
+            continue
+        visits = [plane[:, island::q] for island in range(q)]
+        if min(abs(_turns(own)) for own in visits) < LEAST_TURNS:
+            continue
+        p = _order(np.array([own.mean(axis=1) for own in visits]).T)
+        if p is None:
+            return None
+        own = curve_rotation(points[:, q - 1 :: q])
+        return Turning(p / q, ROUNDING, q, own)
+    return None
+
+
+def _shortest_tree(plane: np.ndarray) -> Tree:
+    """Return the shortest tree through points, by the method of Prim."""
+    count = plane.shape[1]
+    ends = np.zeros((2, count - 1), np.int64)
+    nearest = np.zeros(count, np.int64)
+    away = np.full(count, np.inf)
+    outside = np.ones(count, bool)
+    last = 0
+    length = 0.0
+    for edge in range(count - 1):
+        outside[last] = False
+        apart = np.hypot(*(plane - plane[:, last : last + 1]))
+        closer = outside & (apart < away)
+        away[closer] = apart[closer]
+        away[last] = np.inf
+        nearest[closer] = last
+        last = int(np.argmin(away))
+        ends[:, edge] = nearest[last], last
+        length += float(away[last])
+    return Tree(ends, length)
+
+
+def _turns(plane: np.ndarray) -> float:
+    """Return the turns that points make about their mean."""
+    u, v = plane - plane.mean(axis=1, keepdims=True)
+    angle = np.arctan2(v, u)
+    return float((np.mod(np.diff(angle) + np.pi, 2 * np.pi) - np.pi).sum() / (2 * np.pi))
+
+
+def _order(centres: np.ndarray) -> int | None:
+    """Return by how many places around their mean each of the islands moves to the next; None if not by the same."""
+    u, v = centres - centres.mean(axis=1, keepdims=True)
+    q = u.size
+    rank = np.argsort(np.argsort(np.arctan2(v, u), kind="stable"), kind="stable")
+    steps = np.mod(np.diff(rank, append=rank[0]), q)
+    if np.ptp(steps):
+        return None
+    p = int(steps[0])
+    return p if 2 * p <= q else p - q
 
 
 def along_curve(points: np.ndarray) -> Turning | None:
@@ -83,7 +173,7 @@ def along_curve(points: np.ndarray) -> Turning | None:
     if not np.ptp(plane, axis=1).all():
         return None
     best = min((_ordered_by(turn, plane) for turn in _candidates(plane)), key=lambda one: one.length, default=None)
-    if best is None or not _is_curve(best.order, plane):
+    if best is None or not _is_curve(best, plane):
         return None
     walked = np.concatenate([[0.0], np.cumsum(_sides(best.order, plane))])
     places = np.empty(plane.shape[1])
@@ -92,7 +182,7 @@ def along_curve(points: np.ndarray) -> Turning | None:
     value = float(advance.rotation[0])
     apart = value - best.turn
     turns = value if _area(best.order, plane) > 0 else -value
-    return Turning(turns - np.ceil(turns - 0.5), float(advance.error[0]) + abs(apart - round(apart)))
+    return Turning(float(turns - np.ceil(turns - 0.5)), float(advance.error[0]) + abs(apart - round(apart)))
 
 
 def _scaled(points: np.ndarray) -> np.ndarray:
@@ -137,9 +227,9 @@ def _sides(order: np.ndarray, plane: np.ndarray) -> np.ndarray:
     return np.hypot(*(np.roll(ring, -1, axis=1) - ring))
 
 
-def _is_curve(order: np.ndarray, plane: np.ndarray) -> bool:
-    """Tell whether the polygon of points in an order is no longer than that of a curve."""
-    return bool(_sides(order, plane).sum() <= CLOSED * _sides(order[::2], plane).sum())
+def _is_curve(best: Ordered, plane: np.ndarray) -> bool:
+    """Tell whether the polygon of points in an order is hardly longer than the shortest tree through them."""
+    return bool(best.length - _sides(best.order, plane).max() <= LONGER_THAN_TREE * _shortest_tree(plane).length)
 
 
 def _area(order: np.ndarray, plane: np.ndarray) -> float:

@@ -190,7 +190,9 @@ def map_reading(plane: Plane, z0: np.ndarray, states: np.ndarray, points: np.nda
     error = errors[at]
     if alone and not plane.periods[0]:
         turning = curve_rotation(points)
-        value, error = (None, None) if turning is None else turning
+        if turning is not None and turning.q:
+            return {"rotation": turning.record(), "frequencies": lines}
+        value, error = (None, None) if turning is None else turning[:2]
     if value is None or error is None:
         return {"rotation": None, "frequencies": lines}
     rotation: dict[str, Any] = {"value": value, "error": error}
@@ -198,7 +200,10 @@ def map_reading(plane: Plane, z0: np.ndarray, states: np.ndarray, points: np.nda
     if alone and locked:
         q = locked[0]
         secondary = curve_rotation(_lifted(plane, z0, states, points, round(q * value), q)[:, q - 1 :: q])
-        rotation |= {"q": q, "secondary": None if secondary is None else secondary._asdict()}
+        rotation |= {
+            "q": q,
+            "secondary": None if secondary is None else {"value": secondary.value, "error": secondary.error},
+        }
     return {"rotation": rotation, "frequencies": lines}
 
 

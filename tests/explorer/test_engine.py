@@ -375,8 +375,10 @@ def test_closed_curves_of_any_shape_turn():
         curves.append(np.array([u, v]).T.ravel().tolist())
         turns.append(turn)
     found = compute(f"{json.dumps(curves)}.map((points) => curveRotation(points))", "curve.js")
-    away = np.array([(one["value"] - turn + 0.5) % 1 - 0.5 for one, turn in zip(found, turns, strict=True)])
-    error = np.array([one["error"] for one in found])
+    told = [(one, turn) for one, turn in zip(found, turns, strict=True) if one]
+    assert len(told) > 0.85 * len(found)  # points in clusters tell no curve from a chain
+    away = np.array([(one["value"] - turn + 0.5) % 1 - 0.5 for one, turn in told])
+    error = np.array([one["error"] for one, _ in told])
     assert (np.abs(away) <= 10 * error).all()
     assert (np.abs(away) <= error).mean() >= 0.98
     assert np.median(error) < 1e-4

@@ -817,7 +817,7 @@ def test_where_all_orbits_escape_the_page_says_from_which_energy(browser, tmp_pa
     path = fa.explore(fa.HenonHeiles(), energy=3.0, section="x=0", points=[[-0.5], [2.2]], out=tmp_path / "page.html")
     sheet = Sheet(context, path.as_uri())
     sheet.wait("app.part('notice').textContent.includes('escape')")
-    assert sheet.text("notice") == "All orbits escape above E = 0.16667. Try E = 0.12."
+    assert sheet.text("notice") == "Orbits can escape above E = 0.16667. Try E = 0.12."
     u0, u1 = sheet.get("app.section.surface.extent")[:2]
     outline = np.array(sheet.get("[...app.section.surface.outline]"), dtype=float).reshape(-1, 2)
     assert np.nanmax(outline[:, 0]) > u1  # where y goes on, V falls for ever
@@ -842,7 +842,7 @@ def test_where_nothing_comes_back_the_page_suggests_an_energy(browser, tmp_path)
         )
         sheet = Sheet(context, path.as_uri())
         sheet.wait("app.part('notice').textContent.includes('escape')")
-        assert sheet.text("notice") == f"All orbits escape above E = 0. Try E = {lower:.2g}.".replace("-", "\u2212")
+        assert sheet.text("notice") == f"Orbits can escape above E = 0. Try E = {lower:.2g}.".replace("-", "\u2212")
         sheet.wait("[...app.orbits.shown.values()].every((one) => one.reading.status === 'escaped')")
         (gone,) = sheet.orbits()  # a hundred widths of the view away
         assert gone.reading["time"] < 1e5

@@ -312,7 +312,7 @@ export function makeActions(app) {
     if (!shown.every((orbit) => hasLeft(orbit, opens))) return;
     surface.advised = orbits.next;
     const lower = minimum === null ? escape - (energy - escape) : minimum + 0.75 * (escape - minimum);
-    if (opens) notice("All orbits escape above E = " + shownNumber(escape, 5) + ". Try E = " + shownNumber(lower, 2) + ".");
+    if (opens) notice("Orbits can escape above E = " + shownNumber(escape, 5) + ". Try E = " + shownNumber(lower, 2) + ".");
     else notice(minimum === null ? "All orbits escape: the potential has no minimum." : "All orbits escape.");
   }
 

@@ -1,20 +1,88 @@
-// The rotation number of a closed curve of any shape: points in their order along the curve, not about a centre.
+// The rotation number of a closed curve of any shape or of a chain of islands; none where the points tell neither.
 
 import { averages, displacements, fittedLines, meanTurn, rotationNumber, wrapped } from "./readings.js";
 
 const LEAST_ON_CURVE = 64, MOST_ON_CURVE = 2048, TRIED_LINES = 3, TRIED_HARMONICS = 4;
-const CLOSED = 1.25; // length of the polygon over that of every second point: 1 on a curve, 2 of what fills an area
+const LONGER_THAN_TREE = 1.1; // an open polygon over the shortest tree: 1 on a curve, more where it leaps between islands
+const MOST_ISLANDS = 60, LEAST_VISITS = 8; // points of each island
+const LEAST_TURNS = 2; // of an island about its own centre: the points of an arc of one curve make less than one
+const ROUNDING = 1e-14; // of a fraction, in turns
 const MOST_BACKWARDS = 0.03; // of a turn; rounding alone on a curve, above a tenth of a turn for crescents
-const AGREES = 2; // of the sum of the errors of both numbers
 
-/** The rotation number of points u, v, u, v, ... about the inside of their curve: about their mean where that sees all of it. */
+/**
+ * The rotation number of points u, v, u, v, ..., null where they are few and where they are neither a curve nor a chain. That
+ * of a chain is p/q, with q and the secondary turns about an island in q crossings; that of a curve is about the mean of the
+ * points where that sees all of it, else the mean advance along the curve.
+ */
 export function curveRotation(points) {
   const about = rotationNumber(points);
-  if (about === null || seenFromMean(points)) return about;
-  const along = alongCurve(points);
-  if (along === null) return about;
-  const apart = Math.abs(about.value - along.value), differ = Math.min(apart, 1 - apart) > AGREES*(about.error + along.error);
-  return differ || along.error < about.error ? along : about;
+  if (about === null) return null;
+  return chainRotation(points) ?? (seenFromMean(points) ? about : alongCurve(points));
+}
+
+/**
+ * The rotation number of a chain of islands about its centre, null where the points show no chain. The points of an island
+ * are joined in the shortest tree, of which q - 1 edges lead from one to another, or alone in their sector about the mean.
+ * Points of one curve near a fraction p/q part alike, but those of an island turn about its centre.
+ */
+function chainRotation(points) {
+  const [u, v] = columns(points), count = u.length, { from, to } = shortestTree(u, v), most = Math.min(MOST_ISLANDS, Math.floor(count/LEAST_VISITS));
+  const angle = u.map((x, k) => Math.atan2(v[k], x)), around = Uint32Array.from(u.keys()).sort((i, j) => angle[i] - angle[j]);
+  for (let q = 2; q <= most; q++) {
+    const joined = from.reduce((sum, end, k) => sum + Number((end - to[k]) % q !== 0), 0) === q - 1;
+    const sectors = around.reduce((sum, k, at) => sum + Number((around[(at + 1) % count] - k) % q !== 0), 0);
+    if (!joined && sectors !== q) continue;
+    const visits = Array.from({ length: q }, (_, island) => [u, v].map((x) => x.filter((_, k) => k % q === island)));
+    if (visits.some(([x, y]) => !(Math.abs(turnsOf(x, y)) >= LEAST_TURNS))) continue;
+    const p = placesMoved(visits.map(([x, y]) => [meanOf(x), meanOf(y)]));
+    if (p === null) return null;
+    const own = new Float64Array(2*Math.floor(points.length/2/q));
+    for (let j = 0; j < own.length; j++) own[j] = points[2*(q*((j >> 1) + 1) - 1) + j % 2];
+    const turning = curveRotation(own);
+    return { value: p/q, error: ROUNDING, q, secondary: turning && { value: turning.value, error: turning.error } };
+  }
+  return null;
+}
+
+/** The shortest tree through points, by the method of Prim: both ends of each edge, and its length. */
+function shortestTree(u, v) {
+  const count = u.length, from = new Uint32Array(count - 1), to = new Uint32Array(count - 1);
+  const nearest = new Uint32Array(count), away = new Float64Array(count).fill(Infinity), inside = new Uint8Array(count);
+  let last = 0, length = 0;
+  for (let edge = 0; edge < count - 1; edge++) {
+    inside[last] = 1;
+    let next = -1;
+    for (let k = 0; k < count; k++) {
+      if (inside[k]) continue;
+      const apart = (u[k] - u[last])**2 + (v[k] - v[last])**2;
+      if (apart < away[k]) { away[k] = apart; nearest[k] = last; }
+      if (next < 0 || away[k] < away[next]) next = k;
+    }
+    from[edge] = nearest[next]; to[edge] = next;
+    length += Math.sqrt(away[next]);
+    last = next;
+  }
+  return { from, to, length };
+}
+
+function meanOf(x) { return x.reduce((sum, value) => sum + value, 0)/x.length; }
+
+/** The turns that points make about their mean. */
+function turnsOf(x, y) {
+  const [mx, my] = [meanOf(x), meanOf(y)], angle = x.map((value, k) => Math.atan2(y[k] - my, value - mx));
+  let sum = 0;
+  for (let k = 1; k < angle.length; k++) sum += wrapped(angle[k] - angle[k - 1]);
+  return sum/(2*Math.PI);
+}
+
+/** By how many places around their mean each of the islands moves to the next; null if not by the same. */
+function placesMoved(centres) {
+  const q = centres.length, [mx, my] = [0, 1].map((k) => meanOf(centres.map((centre) => centre[k])));
+  const angle = centres.map(([x, y]) => Math.atan2(y - my, x - mx)), rank = new Uint32Array(q);
+  [...angle.keys()].sort((i, j) => angle[i] - angle[j]).forEach((island, place) => { rank[island] = place; });
+  const steps = centres.map((_, k) => (rank[(k + 1) % q] - rank[k] + q) % q), [p] = steps;
+  if (steps.some((step) => step !== p)) return null;
+  return 2*p <= q ? p : p - q;
 }
 
 /**
@@ -37,8 +105,13 @@ function backwards(order, angle) {
   return sum;
 }
 
-/** Whether the polygon through points in an order is no longer than a curve is. */
-function isCurve(order, u, v) { return !(polygon(order, u, v).at(-1) > CLOSED*polygon(order.filter((_, k) => k % 2 === 0), u, v).at(-1)); }
+/** Whether the polygon of points in an order is hardly longer than the shortest tree through them. */
+function isCurve({ order, length }, u, v) {
+  const walked = polygon(order, u, v);
+  let longest = 0;
+  for (let k = 0; k < order.length; k++) longest = Math.max(longest, walked[k + 1] - walked[k]);
+  return length - longest <= LONGER_THAN_TREE*shortestTree(u, v).length;
+}
 
 /** Coordinates of the points, each about its mean in units of its spread. */
 function columns(points) {
@@ -57,7 +130,7 @@ export function alongCurve(points) {
   const tried = candidates(u, v).map((turn) => orderedBy(turn, u, v)).sort((a, b) => a.length - b.length);
   if (!tried.length || !(tried[0].length > 0)) return null;
   const [best] = tried;
-  if (!isCurve(best.order, u, v)) return null;
+  if (!isCurve(best, u, v)) return null;
   const found = meanTurn(displacements(placesAlong(best, u, v)).map((x) => x/(2*Math.PI)));
   const turns = area(best.order, u, v) > 0 ? found.value : -found.value, apart = found.value - best.turn;
   return { value: turns - Math.ceil(turns - 0.5), error: found.error + Math.abs(apart - Math.round(apart)) };

@@ -98,6 +98,8 @@ function drawDiagram(app, { state, orbit, labels, theme, colours }) {
   drawBifurcations(view, { state, label: labels.series[0], theme, colours });
 }
 
+const IMAGE_DIGITS = 4; // of an image between the points of a graph
+
 // The line under the section: where the pointer is, what is there.
 function drawReadout(app) {
   const { section, pointer, part } = app;
@@ -108,6 +110,12 @@ function drawReadout(app) {
   if (before || section.hover) app.dirty.add("section");
 }
 
+// The height of a graph x, y, x, y, ... at x, NaN beside it and where it jumps.
+function heightOf(graph, x) {
+  const count = graph.length / 2, place = ((x - graph[0]) / (graph[2 * count - 2] - graph[0])) * (count - 1), k = Math.floor(place);
+  return k >= 0 && k < count - 1 ? graph[2 * k + 1] + (place - k) * (graph[2 * k + 3] - graph[2 * k + 1]) : NaN;
+}
+
 function readoutAt(app, [x, y]) {
   const { section, orbits, background, state } = app;
   const { frame, surface } = section;
@@ -115,7 +123,8 @@ function readoutAt(app, [x, y]) {
   const [u, v] = toPlane(frame, x, y);
   const [u0, u1, v0, v1] = frame.view;
   const digits = Math.max(4, Math.ceil(-Math.log10((u1 - u0) / Math.max(Math.abs(u0), Math.abs(u1)))) + 3);
-  const said = [surface.labels[0] + " = " + shownNumber(u, digits) + ", " + surface.labels[1] + " = " + shownNumber(v, digits)];
+  const upward = surface.graph ? heightOf(surface.graph, u) : v, shown = surface.graph ? IMAGE_DIGITS : digits;
+  const said = [surface.labels[0] + " = " + shownNumber(u, digits) + (Number.isFinite(upward) ? ", " + surface.labels[1] + " = " + shownNumber(upward, shown) : "")];
   if (!isAllowed(surface, u, v)) said.push(surface.periods ? "outside the map" : "inaccessible");
   if (background && section.wantsBackground && !backgroundDiffers(background, state)) {
     const value = backgroundValue(background, u, v, surface.periods);

@@ -94,6 +94,7 @@ export class MapOrbit {
       return value === null ? null : { value, error: this.frequencies.errors[index] };
     }
     const whole = k < 0 ? curveRotation(this.points.view(0, 2*kept)) : windingNumber(this.turns[k].view(0, kept));
+    if (whole?.q) return whole;
     const q = whole ? lockedPeriod(whole, kept) : 0;
     if (!q) return whole;
     const visits = this.visits(q, kept, Math.round(q*whole.value), this.turns[k]);

@@ -52,7 +52,7 @@ export function repaint(orbits) {
 export function showScale(element, orbits, theme) {
   const { span, paintedBy } = orbits, [scale, from, bar, to, swatches] = ["[data-part=scale-name]", "[data-part=scale-from]", ".ramp", "[data-part=scale-to]", "[data-part=swatches]"].map((part) => element.querySelector(part));
   element.hidden = paintedBy === "orbit" || !orbits.shown.size;
-  for (const piece of [scale, bar]) piece.hidden = !span && paintedBy !== "classification";
+  for (const piece of [scale, bar]) piece.hidden = !span;
   for (const piece of [from, to]) piece.hidden = !span;
   swatches.replaceChildren(...besideScale(orbits).map(([paint, text]) => swatchOf(shadeColour(paint, theme), text)));
   scale.textContent = { classification: "not chaotic, ν", rotation: "ν", megno: "MEGNO" }[paintedBy];
@@ -64,11 +64,11 @@ export function showScale(element, orbits, theme) {
   to.textContent = high === low ? "" : high;
 }
 
-// The colours beside the scale, [paint, text] of each; a regular orbit without a rotation number only where there is one.
+// The colours beside the scale that occur, [paint, text] of each.
 function besideScale({ paintedBy, shown }) {
-  if (paintedBy !== "classification") return [["undecided", "not known"]];
-  const plain = [...shown.values()].some((orbit) => orbit.paint === "regular") ? [["regular", "regular, no ν"]] : [];
-  return [...plain, ["undecided", "undecided, no ν"], ["chaotic", "chaotic"]];
+  const paints = new Set([...shown.values()].map(({ paint }) => paint));
+  const all = paintedBy === "classification" ? [["regular", "regular, no ν"], ["undecided", "undecided, no ν"], ["chaotic", "chaotic"]] : [["undecided", "not known"]];
+  return all.filter(([paint]) => paints.has(paint));
 }
 
 function swatchOf(colour, text) {

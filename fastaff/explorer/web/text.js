@@ -44,9 +44,9 @@ export function shownWithError(value, error) {
 
 // A rotation number; of a chain of islands as the fraction that it is, with the turns about its own island.
 export function shownRotation({ value, error, q, secondary }) {
-  if (!q || !secondary || !(secondary.error < 0.05)) return shownWithError(value, error);
-  const p = Math.round(q * value);
-  return (p < 0 ? MINUS : "") + Math.abs(p) + "/" + q + " · " + shownWithError(Math.abs(secondary.value), secondary.error);
+  if (!q) return shownWithError(value, error);
+  const p = Math.round(q * value), fraction = (p < 0 ? MINUS : "") + Math.abs(p) + "/" + q;
+  return secondary?.error < 0.05 ? fraction + " · " + shownWithError(Math.abs(secondary.value), secondary.error) : fraction;
 }
 
 // A number as it is typed and stored: the shortest text that reads back the same.

@@ -15,6 +15,7 @@ import { Surface, wrong } from "./sections.js";
 import { trialSection } from "./trial_section.js";
 
 const SLICE = 8, BATCH = 64, TOGETHER = 16, EVERY = 16, READ_EVERY = 300, SPEED_EVERY = 500, SPEED_LEAST = 20, WIDTHS = 100;
+const BESIDE = 0.2; // of a view, on each side, in which an outline goes on
 
 /** Answer messages of a page for one system; post(message, transfer) answers. */
 export class Explorer {
@@ -74,8 +75,7 @@ export class Explorer {
     // An orbit whose energy lets it go has left where it is so many widths of the view away.
     surface.far = minimum === null || (escape !== null && surface.energy > escape) ? WIDTHS*(extent[1] - extent[0]) : Infinity;
     this.begin(surface, extent);
-    const allowed = surface.mask(extent, width, height), top = general ? () => 0 : betweenColumns((u) => surface.top(u), extent, width);
-    const outline = outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v, top(u)), general ? 0 : 0.2);
+    const allowed = surface.mask(extent, width, height), outline = general ? outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v)) : widerOutline(surface, extent, width, height);
     this.post({
       type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, outline, minimum, escape, spans: surface.seenSpans ?? [0, 0],
       section: surface.section, constant: surface.constant, energy: surface.energy, asked: message.asked,
@@ -267,4 +267,12 @@ function later(call) { CALLS.push(call); CHANNEL.port2.postMessage(0); }
 export function serve(system) {
   const explorer = new Explorer(system, (message, transfer = []) => self.postMessage(message, transfer));
   self.onmessage = (event) => explorer.receive(event.data);
+}
+
+/** The outline of what is allowed in a rectangle and for a part of its size beside it, where an open region goes on. */
+function widerOutline(surface, [u0, u1, v0, v1], width, height) {
+  const du = (u1 - u0)/width, dv = (v1 - v0)/height, across = Math.ceil(BESIDE*width), along = Math.ceil(BESIDE*height);
+  const wide = [u0 - across*du, u1 + across*du, v0 - along*dv, v1 + along*dv], columns = width + 2*across, rows = height + 2*along;
+  const top = betweenColumns((u) => surface.top(u), wide, columns);
+  return outlineOf(surface.mask(wide, columns, rows), wide, columns, rows, (u, v) => surface.allows(u, v, top(u)));
 }
