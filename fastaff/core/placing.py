@@ -182,7 +182,7 @@ def write_atomically(
     processes want the same name, one gets it and the other the next.
     """
     if not stem.parent.is_dir():
-        raise FileNotFoundError(f"path must be in a folder that exists, got {shown(str(stem.parent), 100)}")
+        raise FileNotFoundError(f"the folder {stem.parent} does not exist")
     with draft(stem.parent, ending) as path:
         write(path)
         if not overwrite:

@@ -91,8 +91,6 @@ def save(path: StrPath, result: object, *, overwrite: bool = False, **parameters
         If `path` has another ending, or if parameters are given for a file of another program.
     ImportError
         If the package that writes this format is missing.
-    FileNotFoundError
-        If the folder of the file does not exist.
     OSError
         If the file cannot be written.
 
@@ -152,6 +150,7 @@ def save_among(
     if "status" in arrays:
         metadata["status_counts"] = {outcome.name: count for outcome, count in summary(arrays["status"]).items()}
     arrays[METADATA] = np.array(json.dumps(metadata, allow_nan=False))
+    stem.parent.mkdir(parents=True, exist_ok=True)
 
     def write(path: Path) -> None:
         with open(path, "wb") as file:

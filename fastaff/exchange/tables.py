@@ -74,6 +74,7 @@ def exported(path: Path, result: Any, overwrite: bool, parameters: Mapping[str, 
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
     if parameters:
         raise ValueError(f"{next(iter(parameters))} is kept in .npz files alone, got a path that ends in {path.suffix}")
+    path.parent.mkdir(parents=True, exist_ok=True)
     return write_atomically(
         path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), overwrite=overwrite
     )

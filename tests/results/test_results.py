@@ -383,14 +383,6 @@ def test_files_of_everything_that_functions_return(name, tmp_path):
     same(again, result)
 
 
-@pytest.mark.parametrize("ending", ["", ".npz", ".csv", ".mat"])
-def test_a_missing_folder_is_refused_and_not_made(ending, tmp_path):
-    folder = tmp_path / "none"
-    with pytest.raises(FileNotFoundError, match=r"^path must be in a folder that exists, got '.*none'$"):
-        made("SectionMap").save(folder / f"a{ending}")
-    assert not folder.exists()
-
-
 def test_a_single_torus_keeps_its_numbers(tmp_path):
     single = fa.energy_of_actions(battery.HARMONIC, np.full(4, 0.5))
     same(files.load(single.save(tmp_path / "single")), single)
