@@ -206,8 +206,7 @@ def _attractor(
     kind = basins.kind[k]
     apart = basins.stepwise or phase is not None
     if kind == AttractorKind.FIXED_POINT or (kind == AttractorKind.PERIODIC and apart):
-        marks = {"ls": "", "marker": "o", "zorder": 4}
-        ax.plot(states[first], states[second], ms=8.0, mfc="black", mew=0, **marks)
+        marks = {"ls": "", "marker": "o", "zorder": 4, "path_effects": _outlined()}
         return ax.plot(states[first], states[second], ms=5.5, mfc=colour, mec="white", mew=1.4, **marks)[0]
     if kind == AttractorKind.PERIODIC:
         closed = np.concatenate([states, states[:, :1]], axis=1)
@@ -219,7 +218,7 @@ def _attractor(
 
 
 def _outlined() -> list[Any]:
-    """Return a dark outline for a white line."""
+    """Return a dark outline for white lines and edges."""
     from matplotlib.patheffects import Normal, Stroke
 
     return [Stroke(linewidth=3.0, foreground="black"), Normal()]
