@@ -110,7 +110,7 @@ def _chain(points: np.ndarray) -> Turning | None:
         if not joined and np.count_nonzero(np.diff(around, append=around[0]) % q) != q:
             continue
         visits = [plane[:, island::q] for island in range(q)]
-        if min(abs(_turns(own)) for own in visits) < LEAST_TURNS:
+        if min(max(_turns(own), _turns(own[:, ::2])) for own in visits) < LEAST_TURNS:
             continue
         p = _order(np.array([own.mean(axis=1) for own in visits]).T)
         if p is None:
@@ -143,10 +143,10 @@ def _shortest_tree(plane: np.ndarray) -> Tree:
 
 
 def _turns(plane: np.ndarray) -> float:
-    """Return the turns that points make about their mean."""
+    """Return the turns that points make about their mean, whichever way."""
     u, v = plane - plane.mean(axis=1, keepdims=True)
     angle = np.arctan2(v, u)
-    return float((np.mod(np.diff(angle) + np.pi, 2 * np.pi) - np.pi).sum() / (2 * np.pi))
+    return abs(float((np.mod(np.diff(angle) + np.pi, 2 * np.pi) - np.pi).sum())) / (2 * np.pi)
 
 
 def _order(centres: np.ndarray) -> int | None:

@@ -33,7 +33,7 @@ function chainRotation(points) {
     const sectors = around.reduce((sum, k, at) => sum + Number((around[(at + 1) % count] - k) % q !== 0), 0);
     if (!joined && sectors !== q) continue;
     const visits = Array.from({ length: q }, (_, island) => [u, v].map((x) => x.filter((_, k) => k % q === island)));
-    if (visits.some(([x, y]) => !(Math.abs(turnsOf(x, y)) >= LEAST_TURNS))) continue;
+    if (visits.some(([x, y]) => !(Math.max(turnsOf(x, y), turnsOf(everySecond(x), everySecond(y))) >= LEAST_TURNS))) continue;
     const p = placesMoved(visits.map(([x, y]) => [meanOf(x), meanOf(y)]));
     if (p === null) return null;
     const own = new Float64Array(2*Math.floor(points.length/2/q));
@@ -67,12 +67,15 @@ function shortestTree(u, v) {
 
 function meanOf(x) { return x.reduce((sum, value) => sum + value, 0)/x.length; }
 
-/** The turns that points make about their mean. */
+/** Every second value: a thin island turns by halves, of which the sign is left to chance. */
+function everySecond(x) { return x.filter((_, k) => k % 2 === 0); }
+
+/** The turns that points make about their mean, whichever way. */
 function turnsOf(x, y) {
   const [mx, my] = [meanOf(x), meanOf(y)], angle = x.map((value, k) => Math.atan2(y[k] - my, value - mx));
   let sum = 0;
   for (let k = 1; k < angle.length; k++) sum += wrapped(angle[k] - angle[k - 1]);
-  return sum/(2*Math.PI);
+  return Math.abs(sum)/(2*Math.PI);
 }
 
 /** By how many places around their mean each of the islands moves to the next; null if not by the same. */
