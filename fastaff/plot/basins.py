@@ -136,7 +136,7 @@ def _cells(ax: Any, along: np.ndarray, up: np.ndarray, code: np.ndarray, colours
     if (image < 0).any():
         return None
     norm = BoundaryNorm(np.arange(len(colours) + 1) - 0.5, max(len(colours), 1))
-    how = {"cmap": ListedColormap(colours), "norm": norm, "rasterized": True}
+    how = {"cmap": ListedColormap(colours, "fastaff_basins"), "norm": norm, "rasterized": True}
     return ax.pcolormesh(cell_edges(columns), cell_edges(rows), image, **how)
 
 

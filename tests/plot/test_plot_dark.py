@@ -80,10 +80,12 @@ def of_collection(many, ground):
 
 
 def is_area(artist, ax):
-    """Tell whether an artist is an area behind the data: grey as the shade, a band, or a function that is 0 there."""
+    """Tell whether an artist is an area behind the data: grey as the shade, a band, a function that is 0 there, or the
+    cells of basins, which cover the ground.
+    """
     if isinstance(artist, QuadMesh):
         shade = to_rgba(Palette.of(ax).shade)
-        return artist.cmap.name == "fastaff_husimi" or bool(np.allclose(artist.cmap(0.5), shade))
+        return artist.cmap.name in ("fastaff_husimi", "fastaff_basins") or bool(np.allclose(artist.cmap(0.5), shade))
     return isinstance(artist, (PolyCollection, Polygon))
 
 
