@@ -11,7 +11,14 @@ from typing import Any
 
 from fastaff.jobs.job import TABLES
 
-TYPES = {"str": "text", "float": "number", "int": "whole number", "bool": "true or false", "list[str]": "list of text"}
+TYPES = {
+    "str": "text",
+    "float": "number",
+    "int": "whole number",
+    "int | str": "whole number or text",
+    "bool": "true or false",
+    "list[str]": "list of text",
+}
 
 
 def meanings(cls: Any) -> dict[str, str]:
