@@ -25,6 +25,8 @@ COORDINATES = 3
 """Most coordinates that are computed."""
 CUTS = (1.3, 1.6, 2.0, 2.5, 3.1, 3.9, 5.0, 6.5, 8.5, 11.0)
 """Kinetic and potential energies that bases hold, in units of the energy of the highest level above the bottom."""
+SETTLED = 0.1
+"""Change of the levels to the last basis, in units of their tolerance. Waves of oscillators then are within 1e-8."""
 NEARER = 0.6
 """Factor, from one basis to the next, of the distance from the wall to the energy from which wells have no end."""
 SPARE = 8
@@ -166,7 +168,10 @@ def _bases(
         bound = missed + left + ROUNDING * (np.abs(found) + shortest - problem.bottom)
         error = _agreed(found, bound, before) + lost(problem, cover, grid, top, found)
         error[missed > HELD * (shortest - problem.bottom)] = np.inf
-        last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
+        # What a basis lacks enters energies in second order, waves in first: a basis after the last change has them.
+        allowed = tolerance * level_scale(found)
+        settled = before is not None and bool(np.all(np.abs(found - before[0]) <= SETTLED * allowed))
+        last = (settled and bool(np.all(error <= allowed))) or k == len(CUTS) - 1
         if grid.leak.any() and k > 0 and last:
             error += np.abs(interruptible(lowest, _shrunk(grid), problem, shortest, count).E - found)
         waves = LatticeWaves(system.model, _lattice(system, problem, grid), states[1], states[0])
