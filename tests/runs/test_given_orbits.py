@@ -414,8 +414,9 @@ def test_errors_cover_noise(samples):
         found = fa.orbit_frequencies(noisy, dt)
         sure = clean.classification == Classification.REGULAR
         ratio = np.abs(np.abs(found.nu) - omega / (2 * np.pi)) / found.error
-        ratio = np.where(np.isfinite(found.error), ratio, 0.0)[:, sure]  # where none is known, nothing is claimed
+        ratio = np.where(np.isfinite(found.error), ratio, 0.0)  # where none is known, nothing is claimed
         assert sure.mean() > 0.3
-        assert np.quantile(ratio, 0.99) < 1
-        assert ratio.max() < 10
-        assert np.median(ratio) > 0.001  # honest, not merely large
+        assert np.quantile(ratio[:, sure], 0.99) < 1
+        assert ratio[:, sure].max() < 10
+        regular = sure & (found.classification == Classification.REGULAR)
+        assert np.median(ratio[:, regular]) > 0.001  # not merely large, as those of undecided orbits are
