@@ -635,7 +635,8 @@ def test_the_edge_of_the_region_is_a_curve(sheet, energy):
     area = 0.0
     for piece in pieces:
         x, v = piece[~np.isnan(piece[:, 0])].T
-        area += np.sum(x * np.roll(v, -1) - v * np.roll(x, -1)) / 2
+        if x.size and x.min() < 1.0:  # the region beyond the saddle at y = 1, beside the view, is open
+            area += np.sum(x * np.roll(v, -1) - v * np.roll(x, -1)) / 2
     assert area == pytest.approx(exact, rel=3e-4)
 
 
