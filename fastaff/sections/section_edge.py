@@ -192,7 +192,7 @@ def _bounded_parts(shell: EnergyShell, slices: Slices) -> list[EdgePart]:
         if below := shell.too_low():
             raise NotReached(below)
         why = shell.may_escape() or f"energy {energy:g} does not bound the motion"
-        raise ValueError(f"section {name} is unbounded: {why}. Pass axes=((low, high), (low, high)).")
+        raise ValueError(f"section {name} is unbounded: {why}. Pass the ranges of the axes.")
     usual = [_usual(slices, part) for part in parts]
     steep = any(part.top - part.bottom > STEEP * (near.top - near.bottom) for part, near in zip(parts, usual))
     if endless or steep:

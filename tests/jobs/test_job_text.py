@@ -358,7 +358,11 @@ WRONG = {
         "energy reaches no point",
     ),
     "energy": (InitialConditions(), {"energy_surface": EnergySurface()}, "energy is required"),
-    "energy below": (InitialConditions(), {"energy_surface": EnergySurface(energy=-1.0)}, "at least the minimum 0"),
+    "energy below": (
+        InitialConditions(),
+        {"energy_surface": EnergySurface(energy=-1.0)},
+        "at least the local minimum 0",
+    ),
     "energy that is huge": (InitialConditions(), {"energy_surface": EnergySurface(energy=1e300)}, "q_range"),
     "momentum": (InitialConditions(), {"energy_surface": EnergySurface(energy=0.1, p_eta=1.0)}, "p_eta"),
     "section": (

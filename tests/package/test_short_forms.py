@@ -161,6 +161,7 @@ OTHERS = [
     *(("axes", name) for name in ("energy_grid", "energy_sample", "resonance_web")),  # always two
     *(("z0", name) for name in ("continuation", "fit_torus", "action_angles")),  # of one orbit, of a body
     *[("names", "resonances"), ("scheme", "rerun")],
+    *[("z0", "basins"), ("scheme", "basins")],  # of what is dissipative, in the battery a map
 ]
 TAKEN = [
     (name, argument)

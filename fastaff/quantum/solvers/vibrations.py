@@ -113,13 +113,13 @@ def vibration_levels(
     grid); Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation).
     """
     system = current_system(model)
-    again: tuple[LatticeProblem, _Search] | None = (_problem(system, hbar), _Search())
+    again: tuple[LatticeProblem, _BasisSearch] | None = (_problem(system, hbar), _BasisSearch())
     while again is not None:
         again = _bases(system, *again, count, hbar, tolerance, known, callback)
     _check_held(known[-1])
 
 
-class _Search(NamedTuple):
+class _BasisSearch(NamedTuple):
     """How bases begin: spare states below the top energy, bounds of the top energy, and an upper limit of walls."""
 
     spare: float = SPARE
@@ -131,13 +131,13 @@ class _Search(NamedTuple):
 def _bases(
     system: System,
     problem: LatticeProblem,
-    search: _Search,
+    search: _BasisSearch,
     count: int,
     hbar: float,
     tolerance: float,
     known: list[LevelTable],
     callback: Callable[[float], None] | None,
-) -> tuple[LatticeProblem, _Search] | None:
+) -> tuple[LatticeProblem, _BasisSearch] | None:
     """Compute levels in ever larger bases. Return None, or the problem and the search with which to begin again."""
     before: tuple[np.ndarray, np.ndarray] | None = None
     try:
@@ -203,7 +203,7 @@ def _check_held(levels: LevelTable) -> None:
 
 
 def _searched(
-    model: Any, problem: LatticeProblem, count: int, search: _Search
+    model: Any, problem: LatticeProblem, count: int, search: _BasisSearch
 ) -> tuple[LatticeProblem, float, float, WellCover]:
     """Return the problem with all wells, the energies of `_range`, the first within its bounds, and its cover."""
     for _ in range(SEARCHES):
