@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -64,6 +64,7 @@ LONG = (4096, 16384)
 """Least and largest number of intervals of the long runs that show recurrence; between, LONGER times the run."""
 
 LONGER = 4
+"""Long runs in units of the run of an orbit."""
 
 STAYERS = 32
 """Orbits of long runs."""
@@ -411,6 +412,17 @@ class _Set:
     chaotic: bool
 
 
+class _Attractor(NamedTuple):
+    """An attractor as the result has it, with states (rows, points)."""
+
+    kind: AttractorKind
+    period: float
+    points: np.ndarray
+    error: np.ndarray
+    exponent: float
+    exponent_error: float
+
+
 @dataclass
 class _Search:
     """A search under way: arrays over orbits, and the attractors found so far."""
@@ -596,6 +608,20 @@ class _Search:
             single = taken.sum(axis=0) == 1
             self.set_label[some[single]] = taken[:, single].argmax(axis=0)
 
+    def _attractor(self, number: int) -> _Attractor:
+        """Return what the result says of an attractor: those of tubes come first, then sets of cells."""
+        rows = self.motion.system.rows
+        if number < len(self.closed):
+            one = self.closed[number]
+            points = one.tube.points[:rows]
+            single = points.shape[1] == 1 and not self.motion.phase
+            kind = AttractorKind.FIXED_POINT if single else AttractorKind.PERIODIC
+            return _Attractor(kind, one.period, points, one.error[:rows], one.exponent, one.exponent_error)
+        other = self.sets[number - len(self.closed)]
+        kind = AttractorKind.CHAOTIC if other.chaotic else AttractorKind.QUASI_PERIODIC
+        points = other.cells.states[:, :rows].T
+        return _Attractor(kind, math.nan, points, np.full(rows, math.nan), other.exponent, other.error)
+
     def result(self, time: float, step: Any, *, unfinished: bool) -> Basins:
         """Return the result so far."""
         system = self.motion.system
@@ -618,34 +644,11 @@ class _Search:
         place = np.zeros(number, np.int64)
         place[order] = np.arange(order.size)
         labels[labels >= 0] = place[labels[labels >= 0]]
-        kinds: list[int] = []
-        periods: list[float] = []
-        points: list[np.ndarray] = []
-        errors: list[np.ndarray] = []
-        exponents: list[float] = []
-        exponent_errors: list[float] = []
-        for k in order:
-            if k < len(self.closed):
-                one = self.closed[k]
-                single = one.tube.points.shape[1] == 1 and not self.motion.phase
-                kinds.append(AttractorKind.FIXED_POINT if single else AttractorKind.PERIODIC)
-                periods.append(one.period)
-                points.append(one.tube.points[:rows])
-                errors.append(one.error[:rows])
-                exponents.append(one.exponent)
-                exponent_errors.append(one.exponent_error)
-            else:
-                other = self.sets[k - len(self.closed)]
-                kinds.append(AttractorKind.CHAOTIC if other.chaotic else AttractorKind.QUASI_PERIODIC)
-                periods.append(np.nan)
-                points.append(other.cells.states[:, :rows].T)
-                errors.append(np.full(rows, np.nan))
-                exponents.append(other.exponent)
-                exponent_errors.append(other.error)
-        longest = max((part.shape[1] for part in points), default=0)
+        found = [self._attractor(k) for k in order]
+        longest = max((one.points.shape[1] for one in found), default=0)
         table = np.full((rows, longest, order.size), np.nan)
-        for k, part in enumerate(points):
-            table[:, : part.shape[1], k] = self.motion.system.turned_back(part.copy())
+        for k, one in enumerate(found):
+            table[:, : one.points.shape[1], k] = system.turned_back(one.points.copy())
         undecided = labels == UNDECIDED
         return Basins(
             z0=self.z0[:rows],
@@ -653,12 +656,12 @@ class _Search:
             settling_time=np.where(undecided, np.nan, self.time),
             suggested_time=np.where(undecided, SUGGESTED * time, np.nan),
             status=status,
-            kind=np.array(kinds, np.int64),
-            period=np.array(periods, float),
+            kind=np.array([one.kind for one in found], np.int64),
+            period=np.array([one.period for one in found], float),
             points=table,
-            error=np.array(errors, float).reshape(order.size, rows).T,
-            exponent=np.array(exponents, float),
-            exponent_error=np.array(exponent_errors, float),
+            error=np.array([one.error for one in found], float).reshape(order.size, rows).T,
+            exponent=np.array([one.exponent for one in found], float),
+            exponent_error=np.array([one.exponent_error for one in found], float),
             time=time,
             interval=self.motion.interval,
             names=system.row_names,

@@ -275,7 +275,7 @@ def map_samples(
         Increasing times of the samples instead of `dt`, which may be unequal.
     coordinates : str or sequence of str, optional
         Names of the rows.
-    direction : {{1, -1, 0}}, optional
+    direction : {1, -1, 0}, optional
         Crossings that count, as in `poincare_map`. Default: the direction of `section`.
 
     Returns
